@@ -1,0 +1,1 @@
+//! dust3d: std layer.

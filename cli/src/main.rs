@@ -1,0 +1,2 @@
+//! The `dust3d` command.
+fn main() {}

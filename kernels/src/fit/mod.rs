@@ -1,0 +1,1 @@
+//! Fits: the modified blackbody of a pixel, the pitch angle of the field.

@@ -1,0 +1,1 @@
+//! HEALPix pixelisation (\[G05\]).

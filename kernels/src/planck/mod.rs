@@ -1,0 +1,1 @@
+//! Planck function, modified blackbodies and bandpasses.

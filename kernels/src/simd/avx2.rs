@@ -1,0 +1,313 @@
+//! Eight lanes in two 256-bit registers, with fused multiply-add.
+//!
+//! An [`Avx2Lanes`] exists only through an [`Avx2Token`], and the token only where the CPU has AVX2 and FMA, so every
+//! intrinsic here may run. All but loads and stores work on registers alone.
+
+use super::lanes::{Lanes, Mask, sealed::Sealed};
+use core::arch::x86_64::*;
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+/// Proof that the CPU has AVX2 and FMA.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Avx2Token(());
+
+impl Avx2Token {
+    /// A token if the CPU can run the level.
+    #[must_use]
+    pub fn detect() -> Option<Self> {
+        #[cfg(feature = "std")]
+        let there = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
+        #[cfg(not(feature = "std"))]
+        let there = cfg!(all(target_feature = "avx2", target_feature = "fma"));
+        there.then_some(Self(()))
+    }
+
+    /// Runs `f` compiled for this level.
+    #[inline(always)]
+    pub fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx2,fma")]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        // SAFETY: the token proves the features.
+        unsafe { inner(f) }
+    }
+}
+
+/// Lanes 0–3 and 4–7 in two `__m256d`.
+#[derive(Clone, Copy)]
+pub struct Avx2Lanes(__m256d, __m256d);
+
+/// Mask of [`Avx2Lanes`]: all bits of a lane set or none.
+#[derive(Clone, Copy)]
+pub struct Avx2Mask(__m256d, __m256d);
+
+impl Sealed for Avx2Lanes {}
+impl Sealed for Avx2Mask {}
+
+/// (0+2) + (1+3).
+///
+/// # Safety
+/// The CPU must have AVX.
+#[inline(always)]
+pub(super) unsafe fn sum4(v: __m256d) -> f64 {
+    // SAFETY: the caller has AVX; registers only.
+    unsafe {
+        let pair = _mm_add_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd::<1>(v));
+        _mm_cvtsd_f64(_mm_add_sd(pair, _mm_unpackhi_pd(pair, pair)))
+    }
+}
+
+/// Applies an intrinsic to both halves.
+macro_rules! both {
+    ($intrinsic:ident, $($x:expr),+) => {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe { Self($intrinsic($($x.0),+), $intrinsic($($x.1),+)) }
+    };
+}
+
+/// Compares both halves.
+macro_rules! compare {
+    ($predicate:ident, $a:expr, $b:expr) => {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            Avx2Mask(
+                _mm256_cmp_pd::<$predicate>($a.0, $b.0),
+                _mm256_cmp_pd::<$predicate>($a.1, $b.1),
+            )
+        }
+    };
+}
+
+macro_rules! operator {
+    ($($trait:ident $method:ident $assign_trait:ident $assign:ident $intrinsic:ident;)*) => {$(
+        impl $trait for Avx2Lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                both!($intrinsic, self, other)
+            }
+        }
+        impl $assign_trait for Avx2Lanes {
+            #[inline(always)]
+            fn $assign(&mut self, other: Self) {
+                *self = $trait::$method(*self, other);
+            }
+        }
+    )*};
+}
+operator! {
+    Add add AddAssign add_assign _mm256_add_pd;
+    Sub sub SubAssign sub_assign _mm256_sub_pd;
+    Mul mul MulAssign mul_assign _mm256_mul_pd;
+}
+
+impl Div for Avx2Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        both!(_mm256_div_pd, self, other)
+    }
+}
+
+impl Neg for Avx2Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        let sign = unsafe { _mm256_set1_pd(-0.0) };
+        let sign = Self(sign, sign);
+        both!(_mm256_xor_pd, self, sign)
+    }
+}
+
+impl Lanes for Avx2Lanes {
+    type Token = Avx2Token;
+    type Mask = Avx2Mask;
+    const FUSED: bool = true;
+
+    #[inline(always)]
+    fn splat(_: Avx2Token, value: f64) -> Self {
+        // SAFETY: the token proves the features; registers only.
+        let v = unsafe { _mm256_set1_pd(value) };
+        Self(v, v)
+    }
+    #[inline(always)]
+    fn load(_: Avx2Token, from: &[f64; 8]) -> Self {
+        // SAFETY: the token proves the features; the array is 64 readable bytes, and the loads are unaligned.
+        unsafe {
+            Self(
+                _mm256_loadu_pd(from.as_ptr()),
+                _mm256_loadu_pd(from.as_ptr().add(4)),
+            )
+        }
+    }
+    #[inline(always)]
+    fn load_f32(_: Avx2Token, from: &[f32; 8]) -> Self {
+        // SAFETY: the token proves the features; the array is 32 readable bytes, and the loads are unaligned.
+        unsafe {
+            Self(
+                _mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr())),
+                _mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr().add(4))),
+            )
+        }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 8]) {
+        // SAFETY: lanes exist only with a token; the array is 64 writable bytes, and the stores are unaligned.
+        unsafe {
+            _mm256_storeu_pd(to.as_mut_ptr(), self.0);
+            _mm256_storeu_pd(to.as_mut_ptr().add(4), self.1);
+        }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        both!(_mm256_fmadd_pd, self, a, b)
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: Self, b: Self) -> Self {
+        both!(_mm256_fmsub_pd, self, a, b)
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        both!(_mm256_fnmadd_pd, self, a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        both!(_mm256_sqrt_pd, self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        let sign = unsafe { _mm256_set1_pd(-0.0) };
+        let sign = Self(sign, sign);
+        both!(_mm256_andnot_pd, sign, self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        both!(_mm256_min_pd, self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        both!(_mm256_max_pd, self, other)
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            Self(
+                _mm256_round_pd::<0x08>(self.0),
+                _mm256_round_pd::<0x08>(self.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        both!(_mm256_floor_pd, self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Avx2Mask {
+        compare!(_CMP_LT_OQ, self, other)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Avx2Mask {
+        compare!(_CMP_LE_OQ, self, other)
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> Avx2Mask {
+        compare!(_CMP_EQ_OQ, self, other)
+    }
+    #[inline(always)]
+    fn select(mask: Avx2Mask, yes: Self, no: Self) -> Self {
+        both!(_mm256_blendv_pd, no, yes, mask)
+    }
+    #[inline(always)]
+    fn exp2_int(self) -> Self {
+        // 2^52 + 2^51 + k holds k + 2^51 in its low mantissa bits: AVX2 has no f64 → i64 conversion.
+        // SAFETY: lanes exist only with a token; registers only.
+        #[inline(always)]
+        unsafe fn half(k: __m256d) -> __m256d {
+            // SAFETY: as above.
+            unsafe {
+                let shifted = _mm256_add_pd(k, _mm256_set1_pd(6_755_399_441_055_744.0 + 1023.0));
+                _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted)))
+            }
+        }
+        // SAFETY: as above.
+        unsafe { Self(half(self.0), half(self.1)) }
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        // SAFETY: lanes exist only with a token; registers only.
+        #[inline(always)]
+        unsafe fn half(x: __m256d) -> (__m256d, __m256d) {
+            // SAFETY: as above. 2^52 with the exponent in its low mantissa bits, minus 2^52, is the exponent as f64.
+            unsafe {
+                let bits = _mm256_castpd_si256(x);
+                let mantissa = _mm256_or_si256(
+                    _mm256_and_si256(bits, _mm256_set1_epi64x((1 << 52) - 1)),
+                    _mm256_set1_epi64x(1023 << 52),
+                );
+                let magic = _mm256_set1_pd(4_503_599_627_370_496.0);
+                let e = _mm256_or_si256(_mm256_srli_epi64::<52>(bits), _mm256_castpd_si256(magic));
+                let e = _mm256_sub_pd(_mm256_castsi256_pd(e), magic);
+                (
+                    _mm256_castsi256_pd(mantissa),
+                    _mm256_sub_pd(e, _mm256_set1_pd(1023.0)),
+                )
+            }
+        }
+        // SAFETY: as above.
+        let ((m0, e0), (m1, e1)) = unsafe { (half(self.0), half(self.1)) };
+        (Self(m0, m1), Self(e0, e1))
+    }
+    #[inline(always)]
+    fn reduce_sum(self) -> f64 {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe { sum4(_mm256_add_pd(self.0, self.1)) }
+    }
+}
+
+impl BitAnd for Avx2Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        both!(_mm256_and_pd, self, other)
+    }
+}
+
+impl BitOr for Avx2Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        both!(_mm256_or_pd, self, other)
+    }
+}
+
+impl Not for Avx2Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        let ones = unsafe { _mm256_castsi256_pd(_mm256_set1_epi64x(-1)) };
+        let ones = Self(ones, ones);
+        both!(_mm256_xor_pd, self, ones)
+    }
+}
+
+impl Mask for Avx2Mask {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.bits() == 0xff
+    }
+    #[inline(always)]
+    fn bits(self) -> u8 {
+        // SAFETY: lanes exist only with a token; registers only.
+        let (low, high) = unsafe { (_mm256_movemask_pd(self.0), _mm256_movemask_pd(self.1)) };
+        (low | (high << 4)) as u8
+    }
+}

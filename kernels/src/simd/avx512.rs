@@ -1,0 +1,262 @@
+//! Eight lanes in one 512-bit register.
+//!
+//! An [`Avx512Lanes`] exists only through an [`Avx512Token`], and the token only where the CPU has AVX-512 F, DQ, BW,
+//! VL and FMA, so every intrinsic here may run. All but loads and stores work on registers alone.
+
+use super::lanes::{Lanes, Mask, sealed::Sealed};
+use core::arch::x86_64::*;
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+/// Proof that the CPU has AVX-512 F, DQ, BW, VL and FMA.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Avx512Token(());
+
+impl Avx512Token {
+    /// A token if the CPU can run the level.
+    #[must_use]
+    pub fn detect() -> Option<Self> {
+        #[cfg(feature = "std")]
+        let there = std::is_x86_feature_detected!("avx512f")
+            && std::is_x86_feature_detected!("avx512dq")
+            && std::is_x86_feature_detected!("avx512bw")
+            && std::is_x86_feature_detected!("avx512vl")
+            && std::is_x86_feature_detected!("avx2")
+            && std::is_x86_feature_detected!("fma");
+        #[cfg(not(feature = "std"))]
+        let there = cfg!(all(
+            target_feature = "avx512f",
+            target_feature = "avx512dq",
+            target_feature = "avx512bw",
+            target_feature = "avx512vl",
+            target_feature = "fma"
+        ));
+        there.then_some(Self(()))
+    }
+
+    /// Runs `f` compiled for this level.
+    #[inline(always)]
+    pub fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        // SAFETY: the token proves the features.
+        unsafe { inner(f) }
+    }
+}
+
+/// Eight lanes in a `__m512d`.
+#[derive(Clone, Copy)]
+pub struct Avx512Lanes(__m512d);
+
+/// Mask of [`Avx512Lanes`].
+#[derive(Clone, Copy)]
+pub struct Avx512Mask(__mmask8);
+
+impl Sealed for Avx512Lanes {}
+impl Sealed for Avx512Mask {}
+
+macro_rules! operator {
+    ($($trait:ident $method:ident $assign_trait:ident $assign:ident $intrinsic:ident;)*) => {$(
+        impl $trait for Avx512Lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: lanes exist only with a token; registers only.
+                Self(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+        impl $assign_trait for Avx512Lanes {
+            #[inline(always)]
+            fn $assign(&mut self, other: Self) {
+                *self = $trait::$method(*self, other);
+            }
+        }
+    )*};
+}
+operator! {
+    Add add AddAssign add_assign _mm512_add_pd;
+    Sub sub SubAssign sub_assign _mm512_sub_pd;
+    Mul mul MulAssign mul_assign _mm512_mul_pd;
+}
+
+impl Div for Avx512Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_div_pd(self.0, other.0) })
+    }
+}
+
+impl Neg for Avx512Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_xor_pd(self.0, _mm512_set1_pd(-0.0)) })
+    }
+}
+
+impl Lanes for Avx512Lanes {
+    type Token = Avx512Token;
+    type Mask = Avx512Mask;
+    const FUSED: bool = true;
+
+    #[inline(always)]
+    fn splat(_: Avx512Token, value: f64) -> Self {
+        // SAFETY: the token proves the features; registers only.
+        Self(unsafe { _mm512_set1_pd(value) })
+    }
+    #[inline(always)]
+    fn load(_: Avx512Token, from: &[f64; 8]) -> Self {
+        // SAFETY: the token proves the features; the array is 64 readable bytes, and the load is unaligned.
+        Self(unsafe { _mm512_loadu_pd(from.as_ptr()) })
+    }
+    #[inline(always)]
+    fn load_f32(_: Avx512Token, from: &[f32; 8]) -> Self {
+        // SAFETY: the token proves the features; the array is 32 readable bytes, and the load is unaligned.
+        Self(unsafe { _mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr())) })
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 8]) {
+        // SAFETY: lanes exist only with a token; the array is 64 writable bytes, and the store is unaligned.
+        unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_fmadd_pd(self.0, a.0, b.0) })
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: Self, b: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_fmsub_pd(self.0, a.0, b.0) })
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_fnmadd_pd(self.0, a.0, b.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_sqrt_pd(self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_abs_pd(self.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_min_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_max_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_roundscale_pd::<0x08>(self.0) })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_roundscale_pd::<0x09>(self.0) })
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Avx512Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        Avx512Mask(unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Avx512Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        Avx512Mask(unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> Avx512Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        Avx512Mask(unsafe { _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn select(mask: Avx512Mask, yes: Self, no: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_mask_blend_pd(mask.0, no.0, yes.0) })
+    }
+    #[inline(always)]
+    fn exp2_int(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe {
+            let k = _mm512_cvtpd_epi64(self.0);
+            let biased = _mm512_add_epi64(k, _mm512_set1_epi64(1023));
+            _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
+        })
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            (
+                Self(_mm512_getmant_pd::<_MM_MANT_NORM_1_2, _MM_MANT_SIGN_ZERO>(
+                    self.0,
+                )),
+                Self(_mm512_getexp_pd(self.0)),
+            )
+        }
+    }
+    #[inline(always)]
+    fn reduce_sum(self) -> f64 {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            let half = _mm256_add_pd(
+                _mm512_castpd512_pd256(self.0),
+                _mm512_extractf64x4_pd::<1>(self.0),
+            );
+            super::avx2::sum4(half)
+        }
+    }
+}
+
+impl BitAnd for Avx512Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl BitOr for Avx512Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl Not for Avx512Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+impl Mask for Avx512Mask {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0 != 0
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.0 == 0xff
+    }
+    #[inline(always)]
+    fn bits(self) -> u8 {
+        self.0
+    }
+}

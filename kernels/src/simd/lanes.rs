@@ -1,0 +1,142 @@
+//! The lane trait that kernels are written against.
+
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+pub(super) mod sealed {
+    /// Only this crate implements the lane traits.
+    pub trait Sealed {}
+}
+
+/// The outcome of eight comparisons.
+pub trait Mask:
+    sealed::Sealed + Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// Is any lane set?
+    fn any(self) -> bool;
+    /// Are all lanes set?
+    fn all(self) -> bool;
+    /// Lane i as bit i.
+    fn bits(self) -> u8;
+}
+
+/// Eight f64 values, one operation on each.
+///
+/// Operators are IEEE 754 operations lane by lane. A value can only be made with the `Token` that proves that the CPU
+/// has the instructions.
+pub trait Lanes:
+    sealed::Sealed
+    + Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// Proof that the CPU can run these lanes.
+    type Token: Copy;
+    /// Result of a comparison.
+    type Mask: Mask;
+
+    /// Does [`mul_add`](Self::mul_add) round once?
+    const FUSED: bool;
+
+    /// The same value in all lanes.
+    fn splat(token: Self::Token, value: f64) -> Self;
+    /// Eight values from memory, lane i from index i.
+    fn load(token: Self::Token, from: &[f64; 8]) -> Self;
+    /// Eight values from memory, in f32 there.
+    fn load_f32(token: Self::Token, from: &[f32; 8]) -> Self;
+    /// Eight values to memory.
+    fn store(self, to: &mut [f64; 8]);
+    /// All lanes as an array.
+    #[inline(always)]
+    fn to_array(self) -> [f64; 8] {
+        let mut out = [0.0; 8];
+        self.store(&mut out);
+        out
+    }
+    /// Up to eight values from a slice; the lanes beyond its end repeat `pad`.
+    #[inline(always)]
+    fn load_padded(token: Self::Token, from: &[f64], pad: f64) -> Self {
+        match from.first_chunk::<8>() {
+            Some(chunk) => Self::load(token, chunk),
+            None => {
+                let mut a = [pad; 8];
+                for (a, &x) in a.iter_mut().zip(from) {
+                    *a = x;
+                }
+                Self::load(token, &a)
+            }
+        }
+    }
+    /// Stores the first `to.len()` lanes, eight at most.
+    #[inline(always)]
+    fn store_padded(self, to: &mut [f64]) {
+        match to.first_chunk_mut::<8>() {
+            Some(chunk) => self.store(chunk),
+            None => {
+                for (t, x) in to.iter_mut().zip(self.to_array()) {
+                    *t = x;
+                }
+            }
+        }
+    }
+
+    /// `self · a + b`, rounded once where [`FUSED`](Self::FUSED).
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// `self · a − b`, rounded once where [`FUSED`](Self::FUSED).
+    fn mul_sub(self, a: Self, b: Self) -> Self;
+    /// `b − self · a`, rounded once where [`FUSED`](Self::FUSED).
+    fn neg_mul_add(self, a: Self, b: Self) -> Self;
+    /// Square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// The lesser; `other` where either is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The greater; `other` where either is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The nearest integer, ties to even.
+    fn round(self) -> Self;
+    /// The greatest integer not above.
+    fn floor(self) -> Self;
+
+    /// `self < other`; false for NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self ≤ other`; false for NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self == other`; false for NaN.
+    fn eq(self, other: Self) -> Self::Mask;
+    /// `self > other`; false for NaN.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// `self ≥ other`; false for NaN.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// Where the mask is set `yes`, elsewhere `no`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// 2^self for integers −1022 … 1023; anything else gives an unspecified value.
+    fn exp2_int(self) -> Self;
+    /// For positive normal values: (m, e) with self = m·2^e, 1 ≤ m < 2, both as f64.
+    fn split_exponent(self) -> (Self, Self);
+
+    /// The sum of all lanes, always as ((0+4)+(2+6)) + ((1+5)+(3+7)).
+    #[inline(always)]
+    fn reduce_sum(self) -> f64 {
+        let a = self.to_array();
+        ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+    }
+    /// The greatest lane; NaN lanes are passed over unless all are.
+    #[inline(always)]
+    fn reduce_max(self) -> f64 {
+        self.to_array().into_iter().fold(f64::NAN, f64::max)
+    }
+}

@@ -1,0 +1,203 @@
+//! The level that runs everywhere: `wide::f64x8`, in whatever registers the target was compiled for.
+
+use super::lanes::{Lanes, Mask, sealed::Sealed};
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use wide::f64x8;
+
+/// Token of the portable level; anyone can have one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PortableToken(());
+
+impl PortableToken {
+    pub(super) const fn new() -> Self {
+        Self(())
+    }
+}
+
+/// Eight lanes of `wide::f64x8`.
+#[derive(Clone, Copy)]
+pub struct PortableLanes(f64x8);
+
+/// Mask of [`PortableLanes`]: all bits of a lane set or none.
+#[derive(Clone, Copy)]
+pub struct PortableMask(f64x8);
+
+impl Sealed for PortableLanes {}
+impl Sealed for PortableMask {}
+
+macro_rules! operator {
+    ($($trait:ident $method:ident $assign_trait:ident $assign:ident;)*) => {$(
+        impl $trait for PortableLanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0))
+            }
+        }
+        impl $assign_trait for PortableLanes {
+            #[inline(always)]
+            fn $assign(&mut self, other: Self) {
+                self.0 = self.0.$method(other.0);
+            }
+        }
+    )*};
+}
+operator! {
+    Add add AddAssign add_assign;
+    Sub sub SubAssign sub_assign;
+    Mul mul MulAssign mul_assign;
+}
+
+impl Div for PortableLanes {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self(self.0 / other.0)
+    }
+}
+
+impl Neg for PortableLanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Lanes for PortableLanes {
+    type Token = PortableToken;
+    type Mask = PortableMask;
+    const FUSED: bool = cfg!(target_feature = "fma");
+
+    #[inline(always)]
+    fn splat(_: PortableToken, value: f64) -> Self {
+        Self(f64x8::splat(value))
+    }
+    #[inline(always)]
+    fn load(_: PortableToken, from: &[f64; 8]) -> Self {
+        Self(f64x8::new(*from))
+    }
+    #[inline(always)]
+    fn load_f32(_: PortableToken, from: &[f32; 8]) -> Self {
+        Self(f64x8::new(from.map(f64::from)))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 8]) {
+        *to = self.0.to_array();
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(self.0.mul_add(a.0, b.0))
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: Self, b: Self) -> Self {
+        Self(self.0.mul_sub(a.0, b.0))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        Self(self.0.mul_neg_add(a.0, b.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        // `wide` rounds ties away from zero on some targets; adding 2^52 rounds them to even on all.
+        let magnitude = self.0.abs();
+        let magic = f64x8::splat(4_503_599_627_370_496.0);
+        let rounded = ((magnitude + magic) - magic).copysign(self.0);
+        Self(magnitude.simd_lt(magic).select(rounded, self.0))
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        let rounded = self.round();
+        let above = self.lt(rounded);
+        Self::select(above, Self(rounded.0 - f64x8::ONE), rounded)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> PortableMask {
+        PortableMask(self.0.simd_lt(other.0))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> PortableMask {
+        PortableMask(self.0.simd_le(other.0))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> PortableMask {
+        PortableMask(self.0.simd_eq(other.0))
+    }
+    #[inline(always)]
+    fn select(mask: PortableMask, yes: Self, no: Self) -> Self {
+        Self(mask.0.select(yes.0, no.0))
+    }
+    #[inline(always)]
+    fn exp2_int(self) -> Self {
+        let bits = self.to_array().map(|k| {
+            let k = (k as i64).clamp(-1022, 1023);
+            f64::from_bits(((k + 1023).cast_unsigned()) << 52)
+        });
+        Self(f64x8::new(bits))
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        let a = self.to_array();
+        let mantissa = a.map(|x| f64::from_bits((x.to_bits() & MANTISSA) | ONE));
+        let exponent = a.map(|x| (x.to_bits() >> 52) as f64 - 1023.0);
+        (Self(f64x8::new(mantissa)), Self(f64x8::new(exponent)))
+    }
+}
+
+const MANTISSA: u64 = (1 << 52) - 1;
+const ONE: u64 = 1023 << 52;
+
+impl BitAnd for PortableMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl BitOr for PortableMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl Not for PortableMask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+impl Mask for PortableMask {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.bits() == 0xff
+    }
+    #[inline(always)]
+    fn bits(self) -> u8 {
+        self.0.to_bitmask() as u8
+    }
+}

@@ -1,0 +1,1 @@
+//! Polarisation of the layers: residual sharing and the polarisation-fraction cap (\[MKD18\], section 4.2).

@@ -1,0 +1,1 @@
+//! SI constants, intensity units and their conversion.

@@ -1,0 +1,3 @@
+//! Tests of the kernels, one module per topic.
+
+mod simd;

@@ -1,0 +1,1 @@
+//! References, generators and the tolerance table shared by the tests and the fuzz targets.

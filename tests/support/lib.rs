@@ -1,1 +1,7 @@
 //! References, generators and the tolerance table shared by the tests and the fuzz targets.
+
+pub mod cap;
+pub mod healpix;
+pub mod mbb_fit;
+pub mod reference;
+pub mod tolerance;

@@ -1,0 +1,1 @@
+//! Properties of the polarisation-fraction cap that must hold for any input.

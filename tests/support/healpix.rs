@@ -1,0 +1,1 @@
+//! Properties of pixel indexing that must hold for any input.

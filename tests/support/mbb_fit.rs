@@ -1,0 +1,1 @@
+//! Properties of the modified-blackbody fit that must hold for any input.

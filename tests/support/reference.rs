@@ -1,0 +1,1 @@
+//! Reading of stored reference vectors (`tests/data`).

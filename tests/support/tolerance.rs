@@ -1,0 +1,1 @@
+//! The one table of tolerances: kernel, measure, bound, why.

@@ -1,1 +1,16 @@
-//! dust3d: std layer.
+//! The std layer of dust3d, the 3-D model of polarised Galactic dust: configuration, input and output, pictures, and the
+//! stages of the pipeline, with threads. The kernels beneath it are `no_std` and live in [`dust3d_kernels`].
+//!
+//! | module | what lives there |
+//! | --- | --- |
+//! | [`config`] | every key of a configuration, its default and range |
+//! | [`progress`] | who listens to a run |
+//! | [`error`] | the one error type |
+
+pub mod config;
+pub mod error;
+pub mod progress;
+
+pub use config::Config;
+pub use dust3d_kernels as kernels;
+pub use error::{Error, ErrorKind, Result};

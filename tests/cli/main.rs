@@ -1,1 +1,3 @@
 //! End-to-end tests of the `dust3d` command and library.
+
+mod config;

@@ -3,10 +3,12 @@
 //! A spectrum is a slice `c` with `c[l]` for l = 0 … lmax. All kernels cost O(lmax), [`binned_mean`] O(lmax²/5).
 
 mod bins;
+mod harmonics;
 mod power_law;
 mod roots;
 mod window;
 
+pub use harmonics::{alm_len, cross_spectrum, scale_by_l};
 pub use bins::{bin_range, binned_mean};
 pub use power_law::{PowerLaw, fit_amplitude, fit_power_law, fit_range};
 pub use roots::{Cov2, Lower2};

@@ -47,7 +47,7 @@ pub fn layer_averages(fractions: &[Vec<f64>], t: &[f64], beta: &[f64]) -> LayerA
 }
 
 /// Mean of the pixels that are not missing.
-fn mean(x: &[f64]) -> f64 {
+pub(super) fn mean(x: &[f64]) -> f64 {
     let valid = x.iter().filter(|&&x| !is_missing(x));
     valid.clone().sum::<f64>() / valid.count() as f64
 }

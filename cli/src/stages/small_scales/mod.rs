@@ -159,7 +159,11 @@ pub fn add_small_scales(
     )?;
     drop(g);
 
-    let polarisation_beam = config.polarisation_beam_rad(layer);
+    let beams = &config.polarisation_beam_deg;
+    let polarisation_beam = beams
+        .get(layer - 1)
+        .or(beams.last())
+        .map_or(0.0, |deg| deg.to_radians());
     let (e, b) = polarisation::add(
         plan,
         &polarisation::Fluctuations {

@@ -114,7 +114,7 @@ pub fn pix2loc(nside: Nside, pixel: u64) -> Result<Location, Error> {
     Ok(order.location(nside, pixel))
 }
 
-/// The pixels to the SW, W, NW, N, NE, E, SE and S; see [`ring::neighbours`](super::ring::neighbours).
+/// The pixels to the SW, W, NW, N, NE, E, SE and S; see [`ring::neighbours`].
 ///
 /// # Errors
 /// [`Error::Nside`]; [`Error::Pixel`] if there is no such pixel.

@@ -4,11 +4,13 @@
 //! | module | what lives there |
 //! | --- | --- |
 //! | [`config`] | every key of a configuration, its default and range |
+//! | [`io`] | maps, observations, run directories, manifests |
 //! | [`progress`] | who listens to a run |
 //! | [`error`] | the one error type |
 
 pub mod config;
 pub mod error;
+pub mod io;
 pub mod progress;
 
 pub use config::Config;

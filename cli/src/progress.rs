@@ -126,8 +126,11 @@ impl Progress for Stderr {
 /// Passes everything on to another listener and measures how long each stage takes, for the manifest.
 pub struct Stopwatch<'a> {
     inner: &'a dyn Progress,
-    stages: Mutex<(Vec<StageTime>, Option<(&'static str, Instant)>)>,
+    stages: Mutex<Times>,
 }
+
+/// Stages that are over, and the one under way.
+type Times = (Vec<StageTime>, Option<(&'static str, Instant)>);
 
 /// A stage and its wall-clock time.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]

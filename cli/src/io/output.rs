@@ -1,0 +1,278 @@
+//! Run directories: complete under their name, or not there at all.
+
+use super::c128;
+use super::manifest::{FileRecord, MANIFEST, Manifest};
+use super::map_file::dtype_of;
+use super::partial::{Partial, check_interrupt, name_beside, remove};
+use super::raw::encode_raw;
+use crate::config::Dtype;
+use crate::error::{Error, Result};
+use crate::kernels::Complex;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// Values encoded, hashed and written at a time.
+const CHUNK: usize = 1 << 16;
+
+/// A directory in the making. Files are written under a temporary name beside the final one; [`finish`](Self::finish)
+/// writes the manifest and moves the directory to its place. Dropped before that, it leaves nothing behind.
+///
+/// Files may be written from several threads.
+#[derive(Debug)]
+pub struct RunDir {
+    target: PathBuf,
+    partial: Partial,
+    files: Mutex<Vec<FileRecord>>,
+}
+
+impl RunDir {
+    /// Begins the directory `target`, whose parent is made if need be.
+    ///
+    /// With `force`, an existing empty directory or one made by this program is replaced at the end, not before.
+    ///
+    /// # Errors
+    /// `target` exists and may not be replaced, or a directory cannot be made.
+    pub fn create(target: &Path, force: bool) -> Result<Self> {
+        let target = match target.file_name() {
+            Some(_) => target.to_owned(),
+            // `.` and `..` have no name to put the temporary one beside.
+            None => {
+                fs::canonicalize(target).map_err(|cause| Error::io("write to", target, &cause))?
+            }
+        };
+        if fs::symlink_metadata(&target).is_ok() {
+            check_replaceable(&target, force)?;
+        }
+        if let Some(parent) = target
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty())
+        {
+            fs::create_dir_all(parent)
+                .map_err(|cause| Error::io("make the directory", parent, &cause))?;
+        }
+        let partial = Partial::beside(&target);
+        fs::create_dir(partial.path())
+            .map_err(|cause| Error::io("make the directory", &target, &cause))?;
+        Ok(Self {
+            target,
+            partial,
+            files: Mutex::new(Vec::new()),
+        })
+    }
+
+    /// Where the directory will be.
+    #[must_use]
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Where a file of the directory is meanwhile.
+    #[must_use]
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.partial.path().join(name)
+    }
+
+    /// Writes the map `stem` (such as `intensity/I_1`), RING order, with the extension of its type; NaN becomes
+    /// [`MISSING`](super::MISSING).
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn map(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        nside: u32,
+        values: &[f64],
+        dtype: Dtype,
+    ) -> Result<()> {
+        let name = format!("{stem}.{}", dtype.name());
+        let mut file = self.begin(&name)?;
+        for chunk in values.chunks(CHUNK) {
+            file.write(&encode_raw(chunk, dtype))?;
+        }
+        let record = FileRecord {
+            path: name,
+            quantity: quantity.to_owned(),
+            unit: Some(unit.to_owned()),
+            nside: Some(nside),
+            dtype: Some(dtype.name().to_owned()),
+            blake3: file.finish()?,
+        };
+        self.record(record)
+    }
+
+    /// Writes the coefficients `stem`.c128 in healpy's order.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn alm(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        values: &[Complex<f64>],
+    ) -> Result<()> {
+        let name = format!("{stem}.c128");
+        let mut file = self.begin(&name)?;
+        for chunk in values.chunks(CHUNK) {
+            file.write(&c128::encode(chunk))?;
+        }
+        let record = FileRecord {
+            path: name,
+            quantity: quantity.to_owned(),
+            unit: Some(unit.to_owned()),
+            nside: None,
+            dtype: Some("c128".to_owned()),
+            blake3: file.finish()?,
+        };
+        self.record(record)
+    }
+
+    /// Writes any other file: a table, a picture.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn file(&self, name: &str, quantity: &str, bytes: &[u8]) -> Result<()> {
+        let mut file = self.begin(name)?;
+        file.write(bytes)?;
+        let record = FileRecord {
+            path: name.to_owned(),
+            quantity: quantity.to_owned(),
+            unit: None,
+            nside: None,
+            dtype: None,
+            blake3: file.finish()?,
+        };
+        self.record(record)
+    }
+
+    /// Writes the manifest with every file so far, in order of their paths, and moves the directory to its place.
+    ///
+    /// # Errors
+    /// The manifest cannot be written or the directory not moved; then nothing is left of it, and what was there
+    /// before still is.
+    pub fn finish(self, mut manifest: Manifest) -> Result<Manifest> {
+        manifest.files = self
+            .files
+            .into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
+        let path = self.partial.path().join(MANIFEST);
+        fs::write(&path, manifest.to_json()).map_err(|cause| Error::io("write", &path, &cause))?;
+        let failed = |cause| Error::io("write the directory", &self.target, &cause);
+        if fs::symlink_metadata(&self.target).is_ok() {
+            // Not a `Partial`: an interrupt between the two renames must not remove what the user had.
+            let old = name_beside(&self.target);
+            fs::rename(&self.target, &old).map_err(failed)?;
+            if let Err(cause) = self.partial.rename(&self.target) {
+                let _ = fs::rename(&old, &self.target);
+                return Err(failed(cause));
+            }
+            remove(&old)
+                .map_err(|cause| Error::io("remove the replaced directory", &old, &cause))?;
+        } else {
+            self.partial.rename(&self.target).map_err(failed)?;
+        }
+        Ok(manifest)
+    }
+
+    fn begin(&self, name: &str) -> Result<Hashed> {
+        check_interrupt()?;
+        let path = self.path(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)
+                .map_err(|cause| Error::io("make the directory", parent, &cause))?;
+        }
+        Hashed::create(path, self.target.join(name))
+    }
+
+    fn record(&self, record: FileRecord) -> Result<()> {
+        if let Ok(mut files) = self.files.lock() {
+            files.push(record);
+        }
+        Ok(())
+    }
+}
+
+/// An existing directory is replaced only if asked for, and only if this program made it or it is empty: a slip of the
+/// hand in `--out` must not cost the user anything.
+fn check_replaceable(target: &Path, force: bool) -> Result<()> {
+    let shown = target.display();
+    if !force {
+        return Err(Error::usage(format!(
+            "`{shown}` exists already; choose another --out, or replace it with --force"
+        )));
+    }
+    let is_empty = || fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_none());
+    if target.is_dir() && (is_empty() || made_by_us(target)) {
+        return Ok(());
+    }
+    Err(Error::usage(format!(
+        "`{shown}` exists and was not made by dust3d (it has no {MANIFEST} of this program); choose another --out, or remove it yourself"
+    )))
+}
+
+fn made_by_us(dir: &Path) -> bool {
+    fs::read(dir.join(MANIFEST))
+        .ok()
+        .and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok())
+        .is_some_and(|manifest| manifest["program"] == "dust3d")
+}
+
+/// Writes one raw map under its final name, `.f32` or `.f64`; nothing is left half-written.
+///
+/// # Errors
+/// Another extension, or a file that cannot be written.
+pub fn write_map_file(path: &Path, values: &[f64]) -> Result<()> {
+    let dtype = dtype_of(path).ok_or_else(|| {
+        Error::usage(format!(
+            "`{}` is no name for a raw map; it must end in .f32 or .f64",
+            path.display()
+        ))
+    })?;
+    write_atomically(path, &encode_raw(values, dtype))
+}
+
+/// Writes one file under its final name; nothing is left half-written. What is no regular file is written in place.
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    let failed = |cause| Error::io("write", path, &cause);
+    if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
+        return fs::write(path, bytes).map_err(failed);
+    }
+    let partial = Partial::beside(path);
+    fs::write(partial.path(), bytes).map_err(failed)?;
+    partial.rename(path).map_err(failed)
+}
+
+/// A file that is hashed as it is written.
+struct Hashed {
+    file: File,
+    hasher: blake3::Hasher,
+    /// The name under which errors speak of it.
+    shown: PathBuf,
+}
+
+impl Hashed {
+    fn create(path: PathBuf, shown: PathBuf) -> Result<Self> {
+        let file = File::create(path).map_err(|cause| Error::io("write", &shown, &cause))?;
+        Ok(Self {
+            file,
+            hasher: blake3::Hasher::new(),
+            shown,
+        })
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.hasher.update(bytes);
+        self.file
+            .write_all(bytes)
+            .map_err(|cause| Error::io("write", &self.shown, &cause))
+    }
+
+    fn finish(self) -> Result<String> {
+        Ok(self.hasher.finalize().to_hex().to_string())
+    }
+}

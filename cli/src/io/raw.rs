@@ -1,0 +1,149 @@
+//! Raw maps: headerless little-endian arrays in RING order, their type in the extension, Nside from the length.
+
+use super::missing::{MISSING, is_missing};
+use crate::config::Dtype;
+use crate::error::{Error, Result};
+use std::io::Read;
+use std::path::Path;
+
+/// Largest Nside read: beyond it one map would not fit the memory of the machines the program is made for.
+pub const LARGEST_NSIDE: u32 = 8192;
+
+/// Bytes read, hashed and converted at a time.
+const CHUNK: usize = 1 << 16;
+
+/// Nside of a raw map of `bytes` bytes.
+///
+/// # Errors
+/// A sentence saying why there is none: not a whole number of values, not 12 Nside² of them, Nside not a power of two
+/// or above [`LARGEST_NSIDE`].
+pub fn nside_of_len(bytes: u64, dtype: Dtype) -> Result<u32> {
+    let size = dtype.size() as u64;
+    let name = dtype.name();
+    if bytes == 0 {
+        return Err(Error::input(
+            "it is empty; a raw map holds 12 Nside² values",
+        ));
+    }
+    if !bytes.is_multiple_of(size) {
+        return Err(Error::input(format!(
+            "{bytes} bytes are no whole number of {name} values; the file is cut short or of another type"
+        )));
+    }
+    let values = bytes / size;
+    let nside = (values / 12).isqrt();
+    if 12 * nside * nside != values {
+        // The likeliest slip is the wrong extension: say so if the other type would fit.
+        let other = match dtype {
+            Dtype::F32 => Dtype::F64,
+            Dtype::F64 => Dtype::F32,
+        };
+        let hint = if nside_of_len_fits(bytes, other) {
+            format!("as {} it would fit: is the extension right?", other.name())
+        } else {
+            "the file is cut short or no HEALPix map".to_owned()
+        };
+        return Err(Error::input(format!(
+            "{values} {name} values are not 12 Nside² for any Nside; {hint}"
+        )));
+    }
+    match u32::try_from(nside) {
+        Ok(nside) if nside.is_power_of_two() && nside <= LARGEST_NSIDE => Ok(nside),
+        Ok(nside) if nside.is_power_of_two() => Err(Error::input(format!(
+            "Nside {nside} is larger than {LARGEST_NSIDE}; degrade the map first"
+        ))),
+        _ => Err(Error::input(format!(
+            "{values} {name} values mean Nside {nside}, which is not a power of two; resample the map"
+        ))),
+    }
+}
+
+fn nside_of_len_fits(bytes: u64, dtype: Dtype) -> bool {
+    let size = dtype.size() as u64;
+    let nside = (bytes / size / 12).isqrt();
+    bytes.is_multiple_of(size) && 12 * nside * nside * size == bytes && nside.is_power_of_two()
+}
+
+/// The values of a raw map in memory, missing pixels as [`MISSING`].
+///
+/// # Errors
+/// As [`nside_of_len`]; or an infinite value, with its pixel.
+pub fn decode_raw(bytes: &[u8], dtype: Dtype) -> Result<Vec<f64>> {
+    read(bytes, bytes.len() as u64, dtype, Path::new("memory")).map(|(_, values, _)| values)
+}
+
+/// The bytes of a raw map. f32 rounds to nearest; a value beyond its range is written as [`MISSING`], as is NaN.
+#[must_use]
+pub fn encode_raw(values: &[f64], dtype: Dtype) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(values.len() * dtype.size());
+    for &value in values {
+        let value = if value.is_finite() { value } else { MISSING };
+        match dtype {
+            Dtype::F64 => bytes.extend_from_slice(&value.to_le_bytes()),
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "rounding to f32 is what is asked for"
+            )]
+            Dtype::F32 => {
+                let single = value as f32;
+                let single = if single.is_finite() {
+                    single
+                } else {
+                    MISSING as f32
+                };
+                bytes.extend_from_slice(&single.to_le_bytes());
+            }
+        }
+    }
+    bytes
+}
+
+/// Reads `len` bytes: Nside, the values with missing pixels as [`MISSING`], and the BLAKE3 hash of the bytes.
+pub(super) fn read(
+    mut input: impl Read,
+    len: u64,
+    dtype: Dtype,
+    path: &Path,
+) -> Result<(u32, Vec<f64>, String)> {
+    let nside = nside_of_len(len, dtype)?;
+    let npix = 12 * nside as usize * nside as usize;
+    let mut values = Vec::with_capacity(npix);
+    let mut hasher = blake3::Hasher::new();
+    let mut buffer = vec![0; CHUNK];
+    while values.len() < npix {
+        let size = CHUNK.min((npix - values.len()) * dtype.size());
+        let chunk = &mut buffer[..size];
+        input
+            .read_exact(chunk)
+            .map_err(|cause| Error::io("read", path, &cause))?;
+        hasher.update(chunk);
+        let first = values.len();
+        match dtype {
+            Dtype::F64 => values.extend(
+                chunk
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|&bytes| f64::from_le_bytes(bytes)),
+            ),
+            Dtype::F32 => values.extend(
+                chunk
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
+            ),
+        }
+        for (offset, value) in values[first..].iter_mut().enumerate() {
+            if is_missing(*value) {
+                *value = MISSING;
+            } else if value.is_infinite() {
+                return Err(Error::input(format!(
+                    "pixel {} is infinite; write NaN or {MISSING:e} where there is no value",
+                    first + offset
+                )));
+            }
+        }
+    }
+    Ok((nside, values, hasher.finalize().to_hex().to_string()))
+}

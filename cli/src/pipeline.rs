@@ -22,8 +22,8 @@ use crate::stages::observations::{self, Observations};
 use crate::stages::small_scales::{self, KappaStatus, LayerReport, StokesMaps};
 use crate::stages::{field, fractions, intensity, pitch, polarisation};
 use dust3d_kernels::fit::mbb::MbbFit;
-use dust3d_kernels::healpix::{Nside, is_missing};
-use dust3d_kernels::planck::mbb::MbbScaling;
+use dust3d_kernels::healpix::Nside;
+use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::simd::Level;
 use std::fmt::Write as _;
 
@@ -171,6 +171,7 @@ impl Run<'_> {
             cube.nside,
             self.nside,
             config.layers.fill_radius_deg.to_radians(),
+            self.level,
         )?;
         manifest.counts.missing_cube_pixels = fractions.missing_cube_pixels;
         self.write_layers("fractions/f", "fraction of the dust in the layer", "", &fractions.maps)?;
@@ -182,7 +183,7 @@ impl Run<'_> {
             beta: averages.beta.clone(),
         });
         let (intensities, negative) =
-            intensity::intensity(&fractions.maps, &observed.i, &observed.tau, &averages)?;
+            intensity::intensity(&fractions.maps, &observed.i, &observed.tau, &averages);
         drop(fractions);
         manifest.counts.negative_intensity = negative;
         self.write_layers("intensity/I", "intensity of the layer at 353 GHz", "MJy/sr", &intensities)?;
@@ -447,7 +448,7 @@ impl Run<'_> {
             };
             // One frequency at a time: the maps of all would not fit beside the layers on a large grid.
             for &nu in frequencies {
-                let bands = MbbScaling::new(&[nu])?;
+                let bands = [emission::monochromatic(nu)?];
                 let mut out = [std::array::from_fn(|_| vec![0.0; npix])];
                 for layer in &layers {
                     emission::add_layer(self.level, &bands, layer, &mut out)?;

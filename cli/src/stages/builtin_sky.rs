@@ -21,12 +21,12 @@ use crate::random::{Stage, unit_alm};
 use crate::sht::ShtPlan;
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
-use dust3d_kernels::healpix::{MISSING, Nside, ring};
-use dust3d_kernels::planck::mbb::MbbScaling;
-use dust3d_kernels::planck::planck_mjysr;
+use dust3d_kernels::healpix::missing::MISSING;
+use dust3d_kernels::healpix::{Nside, ring};
+use dust3d_kernels::planck::spectrum::planck_scalar;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{beam, scale_by_l};
-use dust3d_kernels::units::NU0_GHZ;
+use dust3d_kernels::units::{NU0_GHZ, NU_100UM_GHZ};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -76,7 +76,7 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
     let cube_nside = Nside::new(nside.get().min(CUBE_NSIDE))?;
     let mut cube = cumulative
         .iter()
-        .map(|map| regrid::scalar(map, nside, cube_nside))
+        .map(|map| regrid::scalar(map, nside, cube_nside, level))
         .collect::<Result<Vec<_>, _>>()?;
     let footprint = (0..cube_nside.npix())
         .map(|p| Ok(declination_deg(ring::pix2vec(cube_nside, p)?) > LEAST_DECLINATION))
@@ -99,11 +99,11 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
         .map(|ebv| ebv / REDDENING_PER_TAU)
         .collect();
     let (t, beta) = laws(plan, seed)?;
-    let i = tau
+    let i: Vec<f64> = tau
         .iter()
         .zip(&t)
-        .map(|(tau, &t)| Ok(tau * planck_mjysr(NU0_GHZ, t)?))
-        .collect::<Result<Vec<f64>, Error>>()?;
+        .map(|(tau, &t)| tau * planck_scalar(NU0_GHZ, t))
+        .collect();
     let (q_fraction, u_fraction) = polarisation(plan, seed, &cumulative, level)?;
     drop(cumulative);
     let (q, u) = (product(&q_fraction, &i), product(&u_fraction, &i));
@@ -113,7 +113,10 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
         maps.insert(name.to_owned(), InputMap::generated(name, unit, nside.get() as u32, values));
     };
     let names = ["143", "217", "545", "857", "2998"];
-    let bands = MbbScaling::new(&[143.0, 217.0, 545.0, 857.0, dust3d_kernels::units::NU_100UM_GHZ])?;
+    let bands = [143.0, 217.0, 545.0, 857.0, NU_100UM_GHZ]
+        .into_iter()
+        .map(emission::monochromatic)
+        .collect::<Result<Vec<_>, _>>()?;
     let mut others: Vec<emission::Stokes> = (0..names.len())
         .map(|_| std::array::from_fn(|_| vec![0.0; i.len()]))
         .collect();

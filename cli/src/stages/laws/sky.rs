@@ -4,8 +4,9 @@ use crate::Error;
 use crate::parallel;
 use crate::stages::intensity::LayerAverages;
 use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
-use dust3d_kernels::healpix::MISSING;
-use dust3d_kernels::planck::mbb::MbbScaling;
+use dust3d_kernels::healpix::missing::{MISSING, is_missing};
+use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
+use dust3d_kernels::units::NU0_GHZ;
 use dust3d_kernels::simd::Level;
 use std::ops::Range;
 
@@ -68,10 +69,10 @@ impl Sky<'_> {
     /// Those of the kernels (lengths).
     pub fn fit(&self, fit: &MbbFit, factors: &Factors) -> Result<FitStats, Error> {
         let npix = self.intensity.first().map_or(0, |i| i.len());
-        let scaling = MbbScaling::new(fit.frequencies())?;
+        let nodes = nodes(fit)?;
         let failure = std::sync::Mutex::new(None);
         let sums = parallel::sums(npix, |range| {
-            self.fit_range(fit, &scaling, factors, range).unwrap_or_else(|error| {
+            self.fit_range(fit, &nodes, factors, range).unwrap_or_else(|error| {
                 if let Ok(mut failure) = failure.lock() {
                     *failure = Some(error);
                 }
@@ -98,7 +99,7 @@ impl Sky<'_> {
     fn fit_range(
         &self,
         fit: &MbbFit,
-        scaling: &MbbScaling,
+        nodes: &[MbbNode],
         factors: &Factors,
         range: Range<usize>,
     ) -> Result<[f64; 6], Error> {
@@ -107,7 +108,7 @@ impl Sky<'_> {
         fit_total(
             self.level,
             fit,
-            scaling,
+            nodes,
             |layer, t, beta| {
                 let intensity = self.intensity.get(layer)?;
                 let averages = (factors.avg * self.averages.t[layer], self.averages.beta[layer]);
@@ -143,23 +144,30 @@ impl Sky<'_> {
 fn fit_total<'a>(
     level: Level,
     fit: &MbbFit,
-    scaling: &MbbScaling,
+    nodes: &[MbbNode],
     layer: impl Fn(usize, &mut [f64], &mut [f64]) -> Option<&'a [f64]>,
     (t, beta): (&mut [f64], &mut [f64]),
 ) -> Result<(), Error> {
     let n = t.len();
-    let mut total = vec![vec![0.0; n]; scaling.len()];
+    let bands: Vec<&[MbbNode]> = nodes.iter().map(std::slice::from_ref).collect();
+    let mut total = vec![vec![0.0; n]; nodes.len()];
     for i in 0.. {
         let Some(intensity) = layer(i, t, beta) else {
             break;
         };
-        let mut out: Vec<&mut [f64]> = total.iter_mut().map(Vec::as_mut_slice).collect();
-        scaling.add(level, intensity, beta, t, &mut out)?;
+        let mut out: Vec<[&mut [f64]; 1]> = total.iter_mut().map(|m| [m.as_mut_slice()]).collect();
+        mbb_add_stokes(level, &bands, [intensity], t, beta, &mut out)?;
     }
     let maps: Vec<&[f64]> = total.iter().map(Vec::as_slice).collect();
     let mut tau = vec![0.0; n];
     fit_into(level, fit, &maps, &mut tau, t, beta, None)?;
     Ok(())
+}
+
+/// The frequencies of a fit, as bands.
+fn nodes(fit: &MbbFit) -> Result<Vec<MbbNode>, Error> {
+    let nodes = fit.frequencies().iter().map(|&nu| MbbNode::new(nu, NU0_GHZ, 1.0));
+    Ok(nodes.collect::<Result<_, _>>()?)
 }
 
 /// T and β fitted to the sum of layers with the laws `t`, `beta`; missing where there is no fit.
@@ -174,14 +182,14 @@ pub fn fit_maps(
     level: Level,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let npix = intensity.first().map_or(0, |i| i.len());
-    let scaling = MbbScaling::new(fit.frequencies())?;
+    let nodes = nodes(fit)?;
     let mut maps = [vec![0.0; npix], vec![0.0; npix]];
     let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<(), Error> {
         let (out_t, out_beta) = out.split_at_mut(1);
         fit_total(
             level,
             fit,
-            &scaling,
+            &nodes,
             |layer, to_t, to_beta| {
                 let i = intensity.get(layer)?;
                 to_t.copy_from_slice(&t[layer][range.clone()]);
@@ -216,7 +224,7 @@ pub fn law(average: f64, factor: f64, fluctuation: f64, floor: f64) -> f64 {
 /// Mean and standard deviation of a map over its valid pixels.
 #[must_use]
 pub fn mean_std(map: &[f64]) -> (f64, f64) {
-    let valid = |x: &&f64| !dust3d_kernels::healpix::is_missing(**x);
+    let valid = |x: &&f64| !is_missing(**x);
     let [n, sum] = parallel::sums(map.len(), |r| {
         let valid = map[r].iter().filter(valid);
         valid.fold([0.0; 2], |[n, s], x| [n + 1.0, s + x])

@@ -1,0 +1,107 @@
+//! Pixel ↔ direction over slices, for either order.
+
+use super::location::{check_phi, check_theta, check_vec};
+use super::{Location, Nside};
+use crate::Error;
+use crate::simd::Level;
+
+/// An order of pixel numbers: what a slice function needs to know of it. Pixels given exist.
+pub(super) trait Order: Copy {
+    fn location(self, nside: Nside, pixel: u64) -> Location;
+    fn pixel(self, nside: Nside, location: Location) -> u64;
+    fn neighbours(self, nside: Nside, pixel: u64) -> [u64; 8];
+}
+
+pub(super) fn pix2ang<O: Order>(
+    _level: Level,
+    order: O,
+    nside: Nside,
+    pixels: &[u64],
+    theta: &mut [f64],
+    phi: &mut [f64],
+) -> Result<(), Error> {
+    Error::check_len("theta", pixels.len(), theta.len())?;
+    Error::check_len("phi", pixels.len(), phi.len())?;
+    nside.check_pixels(pixels)?;
+    for ((&pixel, theta), phi) in pixels.iter().zip(theta).zip(phi) {
+        let location = order.location(nside, pixel);
+        (*theta, *phi) = (location.theta(), location.phi);
+    }
+    Ok(())
+}
+
+pub(super) fn ang2pix<O: Order>(
+    _level: Level,
+    order: O,
+    nside: Nside,
+    theta: &[f64],
+    phi: &[f64],
+    pixels: &mut [u64],
+) -> Result<(), Error> {
+    Error::check_len("phi", theta.len(), phi.len())?;
+    Error::check_len("pixels", theta.len(), pixels.len())?;
+    for (&theta, &phi) in theta.iter().zip(phi) {
+        check_theta(theta)?;
+        check_phi(phi)?;
+    }
+    for ((&theta, &phi), pixel) in theta.iter().zip(phi).zip(pixels) {
+        *pixel = order.pixel(nside, Location::from_valid_ang(theta, phi));
+    }
+    Ok(())
+}
+
+pub(super) fn pix2vec<O: Order>(
+    _level: Level,
+    order: O,
+    nside: Nside,
+    pixels: &[u64],
+    [x, y, z]: [&mut [f64]; 3],
+) -> Result<(), Error> {
+    Error::check_len("x", pixels.len(), x.len())?;
+    Error::check_len("y", pixels.len(), y.len())?;
+    Error::check_len("z", pixels.len(), z.len())?;
+    nside.check_pixels(pixels)?;
+    for (((&pixel, x), y), z) in pixels.iter().zip(x).zip(y).zip(z) {
+        [*x, *y, *z] = order.location(nside, pixel).to_vec();
+    }
+    Ok(())
+}
+
+pub(super) fn vec2pix<O: Order>(
+    _level: Level,
+    order: O,
+    nside: Nside,
+    [x, y, z]: [&[f64]; 3],
+    pixels: &mut [u64],
+) -> Result<(), Error> {
+    Error::check_len("y", x.len(), y.len())?;
+    Error::check_len("z", x.len(), z.len())?;
+    Error::check_len("pixels", x.len(), pixels.len())?;
+    for ((&x, &y), &z) in x.iter().zip(y).zip(z) {
+        check_vec([x, y, z])?;
+    }
+    for (((&x, &y), &z), pixel) in x.iter().zip(y).zip(z).zip(pixels) {
+        *pixel = order.pixel(nside, Location::from_valid_vec([x, y, z]));
+    }
+    Ok(())
+}
+
+pub(super) fn neighbours<O: Order>(
+    _level: Level,
+    order: O,
+    nside: Nside,
+    pixels: &[u64],
+    out: [&mut [u64]; 8],
+) -> Result<(), Error> {
+    for plane in &out {
+        Error::check_len("neighbours", pixels.len(), plane.len())?;
+    }
+    nside.check_pixels(pixels)?;
+    let [sw, w, nw, n, ne, e, se, s] = out;
+    let west = sw.iter_mut().zip(w).zip(nw).zip(n);
+    let east = ne.iter_mut().zip(e).zip(se).zip(s);
+    for ((&pixel, (((sw, w), nw), n)), (((ne, e), se), s)) in pixels.iter().zip(west).zip(east) {
+        [*sw, *w, *nw, *n, *ne, *e, *se, *s] = order.neighbours(nside, pixel);
+    }
+    Ok(())
+}

@@ -1,1 +1,5 @@
-//! Fits: the modified blackbody of a pixel, the pitch angle of the field.
+//! Fits: the modified blackbody of a pixel, the pitch angle of the field, roots.
+
+mod root;
+
+pub use root::find_root;

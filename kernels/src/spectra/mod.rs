@@ -1,1 +1,15 @@
-//! Angular power spectra: windows, power-law fits, 2×2 square roots per multipole.
+//! Angular power spectra: windows, power-law fits, smoothing in bins of l, 2×2 square roots per multipole.
+//!
+//! A spectrum is a slice `c` with `c[l]` for l = 0 … lmax. All kernels cost O(lmax), [`binned_mean`] O(lmax²/5).
+
+mod bins;
+mod harmonics;
+mod power_law;
+mod roots;
+mod window;
+
+pub use harmonics::{alm_len, cross_spectrum, scale_by_l};
+pub use bins::{bin_range, binned_mean};
+pub use power_law::{PowerLaw, fit_amplitude, fit_power_law, fit_range};
+pub use roots::{Cov2, Lower2};
+pub use window::{beam, beam_complement, fwhm_to_sigma};

@@ -1,0 +1,229 @@
+//! The total sky made from layers and factors, as the fit of a modified blackbody sees it.
+
+use crate::Error;
+use crate::parallel;
+use crate::stages::intensity::LayerAverages;
+use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
+use dust3d_kernels::healpix::MISSING;
+use dust3d_kernels::planck::mbb::MbbScaling;
+use dust3d_kernels::simd::Level;
+use std::ops::Range;
+
+/// Least temperature of a layer, kelvin.
+pub const T_FLOOR: f64 = 5.0;
+/// Least spectral index of a layer.
+pub const BETA_FLOOR: f64 = 0.0;
+
+/// Factors of the emission laws: T_i = `avg`·T_avg + `t`·δT, β_i = β_avg + `beta`·δβ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    /// Of the average temperatures.
+    pub avg: f64,
+    /// Of the temperature fluctuations.
+    pub t: f64,
+    /// Of the spectral-index fluctuations.
+    pub beta: f64,
+}
+
+/// Mean and standard deviation of T and β.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LawStats {
+    /// Kelvin.
+    pub t_mean: f64,
+    /// Kelvin.
+    pub t_std: f64,
+    /// Dimensionless.
+    pub beta_mean: f64,
+    /// Dimensionless.
+    pub beta_std: f64,
+}
+
+/// Statistics of the fit of the total, and how many pixels have none.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FitStats {
+    /// Over the pixels with a fit.
+    pub laws: LawStats,
+    /// Pixels without.
+    pub unconverged: u64,
+}
+
+/// Layers at ν₀ with the fluctuations of their laws.
+pub struct Sky<'a> {
+    /// Intensity of each layer at ν₀, MJy/sr.
+    pub intensity: Vec<&'a [f64]>,
+    /// δT of each layer, kelvin.
+    pub t: Vec<&'a [f64]>,
+    /// δβ of each layer.
+    pub beta: Vec<&'a [f64]>,
+    /// Averages of each layer.
+    pub averages: &'a LayerAverages,
+    /// Instructions to use.
+    pub level: Level,
+}
+
+impl Sky<'_> {
+    /// Fits the total intensity with `factors` at the frequencies of `fit`.
+    ///
+    /// # Errors
+    /// Those of the kernels (lengths).
+    pub fn fit(&self, fit: &MbbFit, factors: &Factors) -> Result<FitStats, Error> {
+        let npix = self.intensity.first().map_or(0, |i| i.len());
+        let scaling = MbbScaling::new(fit.frequencies())?;
+        let failure = std::sync::Mutex::new(None);
+        let sums = parallel::sums(npix, |range| {
+            self.fit_range(fit, &scaling, factors, range).unwrap_or_else(|error| {
+                if let Ok(mut failure) = failure.lock() {
+                    *failure = Some(error);
+                }
+                [0.0; 6]
+            })
+        });
+        if let Ok(Some(error)) = failure.into_inner() {
+            return Err(error);
+        }
+        let [n, t, tt, b, bb, unconverged] = sums;
+        let spread = |sum: f64, square: f64| (square / n - (sum / n).powi(2)).max(0.0).sqrt();
+        Ok(FitStats {
+            laws: LawStats {
+                t_mean: T_SHIFT + t / n,
+                t_std: spread(t, tt),
+                beta_mean: BETA_SHIFT + b / n,
+                beta_std: spread(b, bb),
+            },
+            unconverged: unconverged as u64,
+        })
+    }
+
+    /// Count, ΣT, ΣT², Σβ, Σβ² (about the shifts) and pixels without fit, over some pixels.
+    fn fit_range(
+        &self,
+        fit: &MbbFit,
+        scaling: &MbbScaling,
+        factors: &Factors,
+        range: Range<usize>,
+    ) -> Result<[f64; 6], Error> {
+        let n = range.len();
+        let (mut t, mut beta) = (vec![0.0; n], vec![0.0; n]);
+        fit_total(
+            self.level,
+            fit,
+            scaling,
+            |layer, t, beta| {
+                let intensity = self.intensity.get(layer)?;
+                let averages = (factors.avg * self.averages.t[layer], self.averages.beta[layer]);
+                let fluctuations = self.t[layer][range.clone()].iter().zip(&self.beta[layer][range.clone()]);
+                for ((t, beta), (dt, db)) in t.iter_mut().zip(beta).zip(fluctuations) {
+                    *t = law(averages.0, factors.t, *dt, T_FLOOR);
+                    *beta = law(averages.1, factors.beta, *db, BETA_FLOOR);
+                }
+                Some(&intensity[range.clone()])
+            },
+            (&mut t, &mut beta),
+        )?;
+        let mut sums = [0.0; 6];
+        for (&t, &beta) in t.iter().zip(&beta) {
+            if t.is_nan() {
+                sums[5] += 1.0;
+                continue;
+            }
+            let (t, beta) = (t - T_SHIFT, beta - BETA_SHIFT);
+            sums[0] += 1.0;
+            sums[1] += t;
+            sums[2] += t * t;
+            sums[3] += beta;
+            sums[4] += beta * beta;
+        }
+        Ok(sums)
+    }
+}
+
+/// Fits the sum of layers over some pixels; T and β of the fit go to `out`, NaN where there is none.
+///
+/// `layer(i, t, beta)` fills in the law of layer i and returns its intensity at ν₀, none after the last.
+fn fit_total<'a>(
+    level: Level,
+    fit: &MbbFit,
+    scaling: &MbbScaling,
+    layer: impl Fn(usize, &mut [f64], &mut [f64]) -> Option<&'a [f64]>,
+    (t, beta): (&mut [f64], &mut [f64]),
+) -> Result<(), Error> {
+    let n = t.len();
+    let mut total = vec![vec![0.0; n]; scaling.len()];
+    for i in 0.. {
+        let Some(intensity) = layer(i, t, beta) else {
+            break;
+        };
+        let mut out: Vec<&mut [f64]> = total.iter_mut().map(Vec::as_mut_slice).collect();
+        scaling.add(level, intensity, beta, t, &mut out)?;
+    }
+    let maps: Vec<&[f64]> = total.iter().map(Vec::as_slice).collect();
+    let mut tau = vec![0.0; n];
+    fit_into(level, fit, &maps, &mut tau, t, beta, None)?;
+    Ok(())
+}
+
+/// T and β fitted to the sum of layers with the laws `t`, `beta`; missing where there is no fit.
+///
+/// # Errors
+/// Those of the kernels (lengths).
+pub fn fit_maps(
+    intensity: &[&[f64]],
+    t: &[Vec<f64>],
+    beta: &[Vec<f64>],
+    fit: &MbbFit,
+    level: Level,
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let npix = intensity.first().map_or(0, |i| i.len());
+    let scaling = MbbScaling::new(fit.frequencies())?;
+    let mut maps = [vec![0.0; npix], vec![0.0; npix]];
+    let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<(), Error> {
+        let (out_t, out_beta) = out.split_at_mut(1);
+        fit_total(
+            level,
+            fit,
+            &scaling,
+            |layer, to_t, to_beta| {
+                let i = intensity.get(layer)?;
+                to_t.copy_from_slice(&t[layer][range.clone()]);
+                to_beta.copy_from_slice(&beta[layer][range.clone()]);
+                Some(&i[range.clone()])
+            },
+            (&mut *out_t[0], &mut *out_beta[0]),
+        )?;
+        for x in out.iter_mut().flat_map(|map| map.iter_mut()) {
+            if x.is_nan() {
+                *x = MISSING;
+            }
+        }
+        Ok(())
+    });
+    results.into_iter().collect::<Result<(), _>>()?;
+    let [t, beta] = maps;
+    Ok((t, beta))
+}
+
+/// Sums are taken about these, so that squares keep their digits.
+const T_SHIFT: f64 = 20.0;
+const BETA_SHIFT: f64 = 1.6;
+
+/// T or β of a layer in a pixel.
+#[inline]
+#[must_use]
+pub fn law(average: f64, factor: f64, fluctuation: f64, floor: f64) -> f64 {
+    (average + factor * fluctuation).max(floor)
+}
+
+/// Mean and standard deviation of a map over its valid pixels.
+#[must_use]
+pub fn mean_std(map: &[f64]) -> (f64, f64) {
+    let valid = |x: &&f64| !dust3d_kernels::healpix::is_missing(**x);
+    let [n, sum] = parallel::sums(map.len(), |r| {
+        let valid = map[r].iter().filter(valid);
+        valid.fold([0.0; 2], |[n, s], x| [n + 1.0, s + x])
+    });
+    let mean = sum / n;
+    let [square] = parallel::sums(map.len(), |r| {
+        [map[r].iter().filter(valid).map(|x| (x - mean).powi(2)).sum()]
+    });
+    (mean, (square / n).sqrt())
+}

@@ -1,0 +1,239 @@
+//! Small scales of a layer: random fluctuations beyond the resolution of the observations ([MKD18], section 5).
+//!
+//! Each layer by itself, from its renormalised I, Q, U at ν₀:
+//!
+//! 1. analyse it; fit power laws to its TT, EE and BB spectra,
+//! 2. [`seeds`]: Gaussian a_lm with those spectra, T and E correlated,
+//! 3. [`intensity`]: log-normal fluctuations, large scales restored,
+//! 4. [`polarisation`]: Gaussian fluctuations in proportion to the polarised intensity, added through windows,
+//! 5. [`correlation`]: the T–E correlation of the result set to the wanted one,
+//! 6. synthesis of Q and U, limited to |(Q, U)| ≤ I.
+
+pub mod correlation;
+pub mod intensity;
+pub mod polarisation;
+pub mod seeds;
+
+pub use intensity::KappaStatus;
+
+use crate::Error;
+use crate::config::SmallScales;
+use crate::parallel;
+use crate::sht::{Analysis, ShtPlan};
+use dust3d_kernels::spectra::{
+    PowerLaw, alm_len, beam_complement, cross_spectrum, fit_amplitude, fit_power_law, fit_range,
+    scale_by_l,
+};
+use num_complex::Complex;
+
+/// Multipoles of the fit of the intensity spectrum.
+const FIT_TT: (usize, usize) = (30, 300);
+/// Multipoles of the fits of the polarisation spectra.
+const FIT_POL: (usize, usize) = (30, 100);
+
+/// Stokes maps of one layer at ν₀, MJy/sr.
+#[derive(Debug, Clone)]
+pub struct StokesMaps {
+    /// Intensity.
+    pub i: Vec<f64>,
+    /// Stokes Q, COSMO.
+    pub q: Vec<f64>,
+    /// Stokes U, COSMO.
+    pub u: Vec<f64>,
+}
+
+/// TT, EE, BB and TE of a layer, l = 0 … lmax, (MJy/sr)².
+#[derive(Debug, Clone)]
+pub struct LayerSpectra {
+    /// Intensity.
+    pub tt: Vec<f64>,
+    /// E modes.
+    pub ee: Vec<f64>,
+    /// B modes.
+    pub bb: Vec<f64>,
+    /// Intensity and E modes.
+    pub te: Vec<f64>,
+}
+
+/// What was fitted and done to a layer.
+#[derive(Debug, Clone)]
+pub struct LayerReport {
+    /// Fit of the intensity spectrum; zero for an empty layer.
+    pub tt: PowerLaw,
+    /// Amplitude of the E spectrum at l = 80.
+    pub a_ee: f64,
+    /// Amplitude of the B spectrum at l = 80.
+    pub a_bb: f64,
+    /// Amplitude of the log-normal fluctuations.
+    pub kappa: f64,
+    /// How `kappa` was found.
+    pub kappa_status: KappaStatus,
+    /// Pixels where |(Q, U)| was cut to I.
+    pub limited_pixels: u64,
+    /// Spectra of the layer as observed.
+    pub before: LayerSpectra,
+    /// Spectra with small scales, before the limit |(Q, U)| ≤ I.
+    pub after: LayerSpectra,
+}
+
+/// a_lm of one layer.
+struct Harmonics {
+    t: Vec<Complex<f64>>,
+    e: Vec<Complex<f64>>,
+    b: Vec<Complex<f64>>,
+}
+
+impl Harmonics {
+    fn analyse(plan: &mut ShtPlan, maps: &StokesMaps) -> Result<Self, Error> {
+        let zero = vec![Complex::new(0.0, 0.0); alm_len(plan.lmax())];
+        let (mut t, mut e, mut b) = (zero.clone(), zero.clone(), zero);
+        let analysis = Analysis::default();
+        plan.analysis(&maps.i, &mut t, &analysis)?;
+        plan.analysis_spin2(&maps.q, &maps.u, &mut e, &mut b, &analysis)?;
+        Ok(Self { t, e, b })
+    }
+
+    fn spectra(&self, lmax: usize) -> Result<LayerSpectra, Error> {
+        let spectrum = |x: &[Complex<f64>], y: &[Complex<f64>]| -> Result<Vec<f64>, Error> {
+            let mut c = vec![0.0; lmax + 1];
+            cross_spectrum(x, y, &mut c)?;
+            Ok(c)
+        };
+        Ok(LayerSpectra {
+            tt: spectrum(&self.t, &self.t)?,
+            ee: spectrum(&self.e, &self.e)?,
+            bb: spectrum(&self.b, &self.b)?,
+            te: spectrum(&self.t, &self.e)?,
+        })
+    }
+}
+
+/// Adds small scales to one layer (counted from 1).
+///
+/// `reach`: the multipole up to which the observations carry signal, 1.5 Nside of the coarsest of the I, Q, U inputs
+/// and the working grid.
+///
+/// # Errors
+/// If a map has another length than the plan's.
+pub fn add_small_scales(
+    plan: &mut ShtPlan,
+    config: &SmallScales,
+    seed: u64,
+    layer: usize,
+    reach: usize,
+    maps: &StokesMaps,
+) -> Result<(StokesMaps, LayerReport), Error> {
+    let lmax = plan.lmax();
+    let observed = Harmonics::analyse(plan, maps)?;
+    let before = observed.spectra(lmax)?;
+
+    let reach = reach.min(lmax);
+    let (lo, hi) = fit_range(FIT_TT.0, FIT_TT.1, reach);
+    let tt = fit_power_law(&before.tt, lo, hi).unwrap_or(PowerLaw {
+        amplitude: 0.0,
+        slope: 0.0,
+    });
+    let (lo, hi) = fit_range(FIT_POL.0, FIT_POL.1, reach);
+    let law = |c: &[f64], slope: f64| PowerLaw {
+        amplitude: fit_amplitude(c, lo, hi, slope),
+        slope,
+    };
+    let ee = law(&before.ee, config.slope_ee);
+    let bb = law(&before.bb, config.slope_bb);
+
+    let mut seeds = seeds::draw(seed, layer, lmax, (tt, ee, bb), config.te);
+
+    let intensity_beam = (config.intensity_beam_arcmin / 60.0).to_radians();
+    let window: Vec<f64> = (0..=lmax)
+        .map(|l| beam_complement(intensity_beam, l).sqrt())
+        .collect();
+    scale_by_l(&mut seeds.t, &window)?;
+    let mut g = vec![0.0; maps.i.len()];
+    plan.synthesis(&seeds.t, &mut g)?;
+    let (i, kappa, kappa_status) = intensity::add(
+        plan,
+        &maps.i,
+        &g,
+        &tt,
+        config.restore_fwhm_deg.to_radians(),
+    )?;
+    drop(g);
+
+    let beams = &config.polarisation_beam_deg;
+    let polarisation_beam = beams
+        .get(layer - 1)
+        .or(beams.last())
+        .map_or(0.0, |deg| deg.to_radians());
+    let (e, b) = polarisation::add(
+        plan,
+        &polarisation::Fluctuations {
+            maps,
+            ee,
+            bb,
+            range: (lo, hi),
+            beam: polarisation_beam,
+        },
+        (&observed.e, &observed.b),
+        (seeds.e, seeds.b),
+    )?;
+    let mut t = seeds.t;
+    plan.analysis(&i, &mut t, &Analysis::default())?;
+    let mut simulated = Harmonics { t, e, b };
+    correlation::correlate(
+        config.te_filter,
+        &correlation::Te {
+            rho: config.te,
+            intensity_beam,
+            polarisation_beam,
+            tt,
+            ee,
+            t_obs: &observed.t,
+            e_obs: &observed.e,
+        },
+        &simulated.t,
+        &mut simulated.e,
+        lmax,
+    )?;
+
+    let (mut q, mut u) = (vec![0.0; i.len()], vec![0.0; i.len()]);
+    plan.synthesis_spin2(&simulated.e, &simulated.b, &mut q, &mut u)?;
+    let limited_pixels = if config.physical_limit {
+        limit_polarisation(&i, &mut q, &mut u)
+    } else {
+        0
+    };
+    let report = LayerReport {
+        tt,
+        a_ee: ee.amplitude,
+        a_bb: bb.amplitude,
+        kappa,
+        kappa_status,
+        limited_pixels,
+        before,
+        after: simulated.spectra(lmax)?,
+    };
+    Ok((StokesMaps { i, q, u }, report))
+}
+
+/// Scales (Q, U) down to |(Q, U)| = I wherever it is more; returns in how many pixels.
+///
+/// Harmonic synthesis leaks polarisation into pixels where a layer is faint or empty.
+fn limit_polarisation(i: &[f64], q: &mut Vec<f64>, u: &mut Vec<f64>) -> u64 {
+    let mut maps = [std::mem::take(q), std::mem::take(u)];
+    let counts = parallel::for_columns(&mut maps, |range, mut qu| {
+        let mut count = 0;
+        let (q, u) = qu.split_at_mut(1);
+        for ((q, u), &i) in q[0].iter_mut().zip(u[0].iter_mut()).zip(&i[range]) {
+            let p = q.hypot(*u);
+            if p > i {
+                *q *= i / p;
+                *u *= i / p;
+                count += 1;
+            }
+        }
+        count
+    });
+    let [new_q, new_u] = maps;
+    (*q, *u) = (new_q, new_u);
+    counts.into_iter().sum()
+}

@@ -5,12 +5,14 @@
 //! | --- | --- |
 //! | [`config`] | every key of a configuration, its default and range |
 //! | [`io`] | maps, observations, run directories, manifests |
+//! | [`plot`] | pictures of maps |
 //! | [`progress`] | who listens to a run |
 //! | [`error`] | the one error type |
 
 pub mod config;
 pub mod error;
 pub mod io;
+pub mod plot;
 pub mod progress;
 
 pub use config::Config;

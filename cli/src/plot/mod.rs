@@ -1,0 +1,20 @@
+//! Pictures of maps: the whole sky in Mollweide's projection, details in the gnomonic one, and the overview of a run.
+//!
+//! Galactic coordinates, l = 0 in the middle and increasing to the left, as one sees the sky from inside. Every screen
+//! pixel is the mean of several samples of the map, each the value of the HEALPix pixel it falls in: no interpolation
+//! invents structure. Missing pixels are grey.
+
+mod axis;
+mod canvas;
+mod colours;
+mod overview;
+mod projection;
+mod scale;
+mod sky;
+mod text;
+
+pub use colours::Colours;
+pub use overview::{Overview, Panel};
+pub use projection::View;
+pub use scale::Scale;
+pub use sky::MapPlot;

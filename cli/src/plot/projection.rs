@@ -1,0 +1,147 @@
+//! Where a point of the picture lies on the sky, and back.
+//!
+//! The picture is a plane (x to the right, y up) in units of its own: Mollweide's ellipse is |x| ≤ 2, |y| ≤ 1; the
+//! gnomonic square is |x|, |y| ≤ 1. Longitude increases to the left.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// What a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum View {
+    /// The whole sky, equal areas, l = 0 in the middle.
+    #[default]
+    Mollweide,
+    /// A square around a point, projected on the tangent plane.
+    Gnomonic {
+        /// Galactic longitude of the middle, degrees.
+        lon_deg: f64,
+        /// Galactic latitude of the middle, degrees.
+        lat_deg: f64,
+        /// Side of the square, degrees, below 180.
+        size_deg: f64,
+    },
+}
+
+/// Galactic longitude and latitude, radians.
+pub(super) type LonLat = (f64, f64);
+
+impl View {
+    /// Half the width of the plane; half the height is 1.
+    pub(super) const fn half_width(self) -> f64 {
+        match self {
+            Self::Mollweide => 2.0,
+            Self::Gnomonic { .. } => 1.0,
+        }
+    }
+
+    /// The direction at (x, y); `None` off the sky.
+    pub(super) fn sky(self, x: f64, y: f64) -> Option<LonLat> {
+        match self {
+            Self::Mollweide => {
+                // y = sin a is the sine of the auxiliary angle of the parallel, sin b = (2a + sin 2a)/π.
+                let cos = (1.0 - y * y).sqrt();
+                if y.abs() > 1.0 || x.abs() > 2.0 * cos {
+                    return None;
+                }
+                let angle = y.asin();
+                let lat = ((2.0 * angle + 2.0 * y * cos) / PI).clamp(-1.0, 1.0).asin();
+                let lon = if cos > 0.0 { -FRAC_PI_2 * x / cos } else { 0.0 };
+                Some((lon, lat))
+            }
+            Self::Gnomonic { lon_deg, lat_deg, size_deg } => {
+                let reach = (size_deg.to_radians() / 2.0).tan();
+                let (sin, cos) = lat_deg.to_radians().sin_cos();
+                // Tangent plane: e points east (to the left), n north, the unit vector to the middle is the third axis.
+                let (e, n) = (-x * reach, y * reach);
+                let along = cos - n * sin;
+                let lon = lon_deg.to_radians() + e.atan2(along);
+                let lat = (sin + n * cos).atan2(e.hypot(along));
+                Some((lon, lat))
+            }
+        }
+    }
+
+    /// The point of the plane where a direction appears; `None` if it is not in front of the tangent plane.
+    pub(super) fn plane(self, (lon, lat): LonLat) -> Option<(f64, f64)> {
+        match self {
+            Self::Mollweide => {
+                let angle = auxiliary_angle(lat);
+                let lon = if lon.abs() <= PI { lon } else { lon - 2.0 * PI * (lon / (2.0 * PI)).round() };
+                Some((-lon * angle.cos() / FRAC_PI_2, angle.sin()))
+            }
+            Self::Gnomonic { lon_deg, lat_deg, size_deg } => {
+                let reach = (size_deg.to_radians() / 2.0).tan();
+                let (sin0, cos0) = lat_deg.to_radians().sin_cos();
+                let (sin, cos) = lat.sin_cos();
+                let (dsin, dcos) = (lon - lon_deg.to_radians()).sin_cos();
+                let depth = sin0 * sin + cos0 * cos * dcos;
+                (depth > 1e-3).then(|| {
+                    let east = cos * dsin / depth;
+                    let north = (cos0 * sin - sin0 * cos * dcos) / depth;
+                    (-east / reach, north / reach)
+                })
+            }
+        }
+    }
+}
+
+/// Mollweide's auxiliary angle a of a latitude, 2a + sin 2a = π sin b, by Newton's method.
+fn auxiliary_angle(lat: f64) -> f64 {
+    let target = PI * lat.sin();
+    let mut angle = lat;
+    for _ in 0..50 {
+        let slope = 2.0 + 2.0 * (2.0 * angle).cos();
+        if slope < 1e-12 {
+            break;
+        }
+        let step = (2.0 * angle + (2.0 * angle).sin() - target) / slope;
+        angle = (angle - step).clamp(-FRAC_PI_2, FRAC_PI_2);
+        if step.abs() < 1e-12 {
+            break;
+        }
+    }
+    angle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_grid_plane_inverts_sky() {
+        let views = [
+            View::Mollweide,
+            View::Gnomonic { lon_deg: 30.0, lat_deg: 50.0, size_deg: 40.0 },
+            View::Gnomonic { lon_deg: 0.0, lat_deg: -90.0, size_deg: 100.0 },
+        ];
+        for view in views {
+            for i in -19..20 {
+                for j in -19..20 {
+                    let (x, y) = (f64::from(i) / 20.0 * view.half_width(), f64::from(j) / 20.0);
+                    if let Some(direction) = view.sky(x, y) {
+                        let (x2, y2) = view.plane(direction).expect("in front");
+                        assert!((x - x2).abs() < 1e-8 && (y - y2).abs() < 1e-8, "{view:?} {x} {y} {x2} {y2}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn known_points_projection() {
+        assert_eq!(View::Mollweide.sky(0.0, 0.0), Some((0.0, 0.0)));
+        assert_eq!(View::Mollweide.sky(2.0, 0.1), None);
+        // A quarter turn to the left of the middle is l = 90°.
+        let (lon, lat) = View::Mollweide.sky(-1.0, 0.0).expect("on the sky");
+        assert!((lon - FRAC_PI_2).abs() < 1e-12 && lat.abs() < 1e-12);
+        // Half of the sphere lies within 30° of the equator: its parallel is the one of sin b = 1/2.
+        let (_, y) = View::Mollweide.plane((0.0, 30.0_f64.to_radians())).expect("on the sky");
+        let angle = y.asin();
+        assert!((2.0 * angle + (2.0 * angle).sin() - PI / 2.0).abs() < 1e-12);
+        let detail = View::Gnomonic { lon_deg: 120.0, lat_deg: -30.0, size_deg: 20.0 };
+        let (lon, lat) = detail.sky(0.0, 1.0).expect("on the sky");
+        assert!((lat.to_degrees() + 20.0).abs() < 1e-10 && (lon.to_degrees() - 120.0).abs() < 1e-10);
+        let (lon, _) = detail.sky(-0.5, 0.0).expect("on the sky");
+        assert!(lon.to_degrees() > 120.0, "east is left");
+    }
+}

@@ -12,8 +12,13 @@
 pub mod config;
 pub mod error;
 pub mod io;
+pub mod parallel;
+pub mod pipeline;
 pub mod plot;
 pub mod progress;
+pub mod random;
+pub mod sht;
+pub mod stages;
 
 pub use config::Config;
 pub use dust3d_kernels as kernels;

@@ -50,7 +50,7 @@ pub fn map(npix: usize, work: impl Fn(Range<usize>, &mut [f64]) + Sync) -> Vec<f
 }
 
 /// Sums of N quantities over the pixels: `work` gives those of one range.
-pub fn sums<const N: usize>(npix: usize, work: impl Fn(Range<usize>) -> [f64; N] + Sync) -> [f64; N] {
+pub fn sums<const N: usize>(npix: usize, work: impl Fn(Range<usize>) -> [f64; N] + Sync + Send) -> [f64; N] {
     let partial: Vec<[f64; N]> = ranges(npix).collect::<Vec<_>>().into_par_iter().map(work).collect();
     partial.into_iter().fold([0.0; N], |mut sum, part| {
         for (s, p) in sum.iter_mut().zip(part) {

@@ -2,26 +2,23 @@
 
 use crate::Error;
 use crate::config::{Config, Dtype, Keep};
-use crate::io::inputs::Inputs;
-use crate::io::manifest::{
-    FitStatistics, LawsRecord, LayerAverages as LayerAveragesRecord, Manifest,
+use crate::io::{
+    FitStatistics, Inputs, LawsRecord, LayerAverages as LayerAveragesRecord, Manifest, RunDir,
     SmallScaleRecord,
 };
-use crate::io::output::RunDir;
-use crate::plot::overview::{self, Overview};
+use crate::plot::{Overview, Panel};
 use crate::progress::{Progress, Stopwatch};
 use crate::sht::ShtPlan;
 use crate::stages::builtin_sky::{self, distance_kpc};
 use crate::stages::emission::{self, Law, Layer, Model};
 use crate::stages::intensity::LayerAverages;
-use crate::stages::laws::sky::{BETA_FLOOR, T_FLOOR, mean_std};
+use crate::stages::laws::sky::{BETA_FLOOR, T_FLOOR, TotalFit, mean_std};
 use crate::stages::laws::{
     self, Calibration, CalibrationStatus, Factors, LawStats, ObservedLaws, Sky,
 };
 use crate::stages::observations::{self, Observations};
 use crate::stages::small_scales::{self, KappaStatus, LayerReport, StokesMaps};
 use crate::stages::{field, fractions, intensity, pitch, polarisation};
-use dust3d_kernels::fit::mbb::MbbFit;
 use dust3d_kernels::healpix::Nside;
 use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::simd::Level;
@@ -337,7 +334,7 @@ impl Run<'_> {
         let statistics = statistics(&observed.t, &observed.beta);
         manifest.mbb_fit_observed = Some(fit_record(&statistics));
         let intensities: Vec<&[f64]> = templates.iter().map(|l| l.i.as_slice()).collect();
-        let fit = MbbFit::new(&config.fit.nu_ghz, &config.fit.sigma)?;
+        let fit = TotalFit::new(&config.fit)?;
         let calibration = self.calibrate(&intensities, &t, &beta, averages, &fit, &statistics)?;
         let factors = calibration.factors;
 
@@ -363,7 +360,7 @@ impl Run<'_> {
         t: &[Vec<f64>],
         beta: &[Vec<f64>],
         averages: &LayerAverages,
-        fit: &MbbFit,
+        fit: &TotalFit,
         statistics: &LawStats,
     ) -> Result<Calibration, Error> {
         let config = &self.config.laws;
@@ -416,53 +413,41 @@ impl Run<'_> {
         observed: &Observations,
     ) -> Result<(), Error> {
         let frequencies = &self.config.frequencies;
+        if frequencies.is_empty() {
+            return Ok(());
+        }
         self.progress
             .stage("emission", (Model::ALL.len() * frequencies.len()) as u64);
+        let maps = layers_with(templates, |i| Law::Maps {
+            t: &t[i],
+            beta: &beta[i],
+        });
+        self.emit(Model::ThreeD, &maps)?;
+        let uniform = layers_with(templates, |i| Law::Uniform {
+            t: factors.avg * averages.t[i],
+            beta: averages.beta[i],
+        });
+        self.emit(Model::Uniform, &uniform)?;
+        let sum = total(templates);
+        let (t, beta) = (fill_with_mean(&observed.t), fill_with_mean(&observed.beta));
+        self.emit(Model::TwoD, &[layer(&sum, Law::Maps { t: &t, beta: &beta })])
+    }
+
+    /// Maps of one model; one frequency at a time, as those of all would not fit beside the layers on a large grid.
+    fn emit(&self, model: Model, layers: &[Layer<'_>]) -> Result<(), Error> {
         let npix = self.nside.npix() as usize;
-        let sum;
-        let (filled_t, filled_beta);
-        for model in Model::ALL {
-            let layers: Vec<Layer<'_>> = match model {
-                Model::ThreeD => (0..templates.len())
-                    .map(|i| layer(&templates[i], Law::Maps { t: &t[i], beta: &beta[i] }))
-                    .collect(),
-                Model::Uniform => (0..templates.len())
-                    .map(|i| {
-                        let law = Law::Uniform {
-                            t: factors.avg * averages.t[i],
-                            beta: averages.beta[i],
-                        };
-                        layer(&templates[i], law)
-                    })
-                    .collect(),
-                Model::TwoD => {
-                    sum = total(templates);
-                    filled_t = fill_with_mean(&observed.t);
-                    filled_beta = fill_with_mean(&observed.beta);
-                    let law = Law::Maps {
-                        t: &filled_t,
-                        beta: &filled_beta,
-                    };
-                    vec![layer(&sum, law)]
-                }
-            };
-            // One frequency at a time: the maps of all would not fit beside the layers on a large grid.
-            for &nu in frequencies {
-                let bands = [emission::monochromatic(nu)?];
-                let mut out = [std::array::from_fn(|_| vec![0.0; npix])];
-                for layer in &layers {
-                    emission::add_layer(self.level, &bands, layer, &mut out)?;
-                }
-                for (stokes, map) in ["I", "Q", "U"].into_iter().zip(&out[0]) {
-                    let stem = format!("emission/{}_{nu}GHz_{stokes}", model.name());
-                    let quantity = format!("{stokes} at {nu} GHz, model {}", model.name());
-                    self.write(&stem, &quantity, "MJy/sr", map, self.config.output.dtype)?;
-                }
-                self.progress.advance(1);
+        for &nu in &self.config.frequencies {
+            let bands = [emission::monochromatic(nu)?];
+            let mut out = [std::array::from_fn(|_| vec![0.0; npix])];
+            for layer in layers {
+                emission::add_layer(self.level, &bands, layer, &mut out)?;
             }
-            if frequencies.is_empty() {
-                break;
+            for (stokes, map) in ["I", "Q", "U"].into_iter().zip(&out[0]) {
+                let stem = format!("emission/{}_{nu}GHz_{stokes}", model.name());
+                let quantity = format!("{stokes} at {nu} GHz, model {}", model.name());
+                self.write(&stem, &quantity, "MJy/sr", map, self.config.output.dtype)?;
             }
+            self.progress.advance(1);
         }
         Ok(())
     }
@@ -473,7 +458,7 @@ impl Run<'_> {
         templates: &[StokesMaps],
         t: &[Vec<f64>],
         beta: &[Vec<f64>],
-        fit: &MbbFit,
+        fit: &TotalFit,
     ) -> Result<(), Error> {
         self.progress.stage("overview", 1);
         let sum = total(templates);
@@ -484,14 +469,25 @@ impl Run<'_> {
             fit,
             self.level,
         )?;
-        let png = overview::render(&Overview {
+        let panel = |values| Panel {
             nside: self.config.nside,
-            i: &sum.i,
-            q: &sum.q,
-            u: &sum.u,
-            t: &fit_t,
-            beta: &fit_beta,
-        })?;
+            values,
+        };
+        let source = if self.config.inputs.is_built_in() {
+            "built-in sky (synthetic)"
+        } else {
+            "given observations"
+        };
+        let png = Overview {
+            i: panel(&sum.i),
+            q: panel(&sum.q),
+            u: panel(&sum.u),
+            t: panel(&fit_t),
+            beta: panel(&fit_beta),
+            title: "Polarised dust at 353 GHz: sum of the layers".to_owned(),
+            subtitle: format!("{source}, Nside {}, seed {}", self.config.nside, self.config.seed),
+        }
+        .png()?;
         self.out.file("overview.png", "I, Q, U, T and beta of the total", &png)
     }
 }
@@ -507,6 +503,12 @@ fn layer<'a>(maps: &'a StokesMaps, law: Law<'a>) -> Layer<'a> {
         stokes: [&maps.i, &maps.q, &maps.u],
         law,
     }
+}
+
+/// The templates, each with its law.
+fn layers_with<'a>(templates: &'a [StokesMaps], law: impl Fn(usize) -> Law<'a>) -> Vec<Layer<'a>> {
+    let layers = templates.iter().enumerate();
+    layers.map(|(i, maps)| layer(maps, law(i))).collect()
 }
 
 /// Sum over the layers.

@@ -15,15 +15,16 @@
 use super::emission::{self, Law, Layer};
 use super::{field, regrid};
 use crate::Error;
-use crate::io::inputs::{InputMap, Inputs, modulus_label};
+use crate::io::{InputMap, Inputs, modulus_label};
 use crate::parallel;
-use crate::random::{Stage, unit_alm};
+use crate::random::white_alm;
 use crate::sht::ShtPlan;
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
 use dust3d_kernels::healpix::missing::MISSING;
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::planck::spectrum::planck_scalar;
+use dust3d_kernels::random::Stage;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{beam, scale_by_l};
 use dust3d_kernels::units::{NU0_GHZ, NU_100UM_GHZ};
@@ -180,7 +181,7 @@ fn shells(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Vec<Vec<f64>>, 
 
     let mut g = vec![0.0; npix];
     for (bin, shell) in shells.iter_mut().enumerate() {
-        let alm = red_alm(seed, bin, 0, plan.lmax(), -2.6, 0.0);
+        let alm = red_alm(seed, bin, 0, plan.lmax(), -2.6, 0.0)?;
         plan.synthesis(&alm, &mut g)?;
         scale_to_std(&mut g, 0.5);
         shell
@@ -207,16 +208,16 @@ fn red_alm(
     lmax: usize,
     slope: f64,
     beam_rad: f64,
-) -> Vec<Complex<f64>> {
-    let mut alm = unit_alm(seed, Stage::BuiltinSky, layer, field, lmax);
+) -> Result<Vec<Complex<f64>>, Error> {
+    let mut alm = white_alm(seed, Stage::Sky, layer, field, lmax)?;
     let amplitude: Vec<f64> = (0..=lmax)
         .map(|l| match l {
             0 | 1 => 0.0,
             _ => (l as f64).powf(0.5 * slope) * beam(beam_rad, l),
         })
         .collect();
-    scale_by_l(&mut alm, &amplitude).expect("both lengths follow from lmax");
-    alm
+    scale_by_l(&mut alm, &amplitude)?;
+    Ok(alm)
 }
 
 /// Shifts and scales a map to mean 0 and the given standard deviation.
@@ -229,8 +230,8 @@ fn scale_to_std(map: &mut [f64], std: f64) {
 /// Correlated temperature (kelvin) and spectral-index maps.
 fn laws(plan: &mut ShtPlan, seed: u64) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let lmax = plan.lmax();
-    let t_alm = red_alm(seed, BINS, 0, lmax, -2.6, 0.0);
-    let mut beta_alm = red_alm(seed, BINS, 1, lmax, -2.6, 0.0);
+    let t_alm = red_alm(seed, BINS, 0, lmax, -2.6, 0.0)?;
+    let mut beta_alm = red_alm(seed, BINS, 1, lmax, -2.6, 0.0)?;
     for (b, t) in beta_alm.iter_mut().zip(&t_alm) {
         *b = *b * 0.75_f64.sqrt() - *t * 0.5;
     }
@@ -255,8 +256,8 @@ fn polarisation(
     let lmax = plan.lmax();
     let nside = plan.nside();
     let beam_rad = 1_f64.to_radians();
-    let e = red_alm(seed, BINS + 1, 0, lmax, -2.42, beam_rad);
-    let mut b = red_alm(seed, BINS + 1, 1, lmax, -2.42, beam_rad);
+    let e = red_alm(seed, BINS + 1, 0, lmax, -2.42, beam_rad)?;
+    let mut b = red_alm(seed, BINS + 1, 1, lmax, -2.42, beam_rad)?;
     b.iter_mut().for_each(|b| *b *= std::f64::consts::FRAC_1_SQRT_2);
     let npix = nside.npix() as usize;
     let (mut q, mut u) = (vec![0.0; npix], vec![0.0; npix]);

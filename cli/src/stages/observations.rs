@@ -6,10 +6,10 @@
 use super::regrid;
 use crate::Error;
 use crate::config::{Config, Fit};
-use crate::io::inputs::{InputMap, Inputs};
+use crate::io::{InputMap, Inputs};
 use crate::parallel;
 use crate::stages::intensity::mean;
-use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
+use dust3d_kernels::fit::mbb::MbbFit;
 use dust3d_kernels::healpix::Nside;
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::planck::spectrum::planck_scalar;
@@ -162,7 +162,7 @@ fn fit_laws(
     let results = parallel::for_columns(&mut laws, |range, mut laws| -> Result<(), Error> {
         let pieces: Vec<&[f64]> = maps.iter().map(|m| &m[range.clone()]).collect();
         if let [tau, t, beta] = laws.as_mut_slice() {
-            fit_into(level, &fit, &pieces, tau, t, beta, None)?;
+            fit.fit_into(level, &pieces, tau, t, beta, None)?;
         }
         for x in laws.iter_mut().flat_map(|l| l.iter_mut()) {
             if x.is_nan() {

@@ -8,11 +8,10 @@
 //!
 //! A sample of pixels finds the factors and the derivatives; the whole map then corrects them in one or two steps.
 
-use super::sky::{Factors, FitStats, LawStats, Sky};
+use super::sky::{Factors, FitStats, LawStats, Sky, TotalFit};
 use crate::Error;
 use crate::progress::Progress;
 use dust3d_kernels::fit::find_root;
-use dust3d_kernels::fit::mbb::MbbFit;
 use serde::{Deserialize, Serialize};
 
 /// Allowed factors of the spectral-index fluctuations.
@@ -56,7 +55,7 @@ pub struct Calibration {
 pub fn calibrate(
     sample: &Sky<'_>,
     whole: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     progress: &dyn Progress,
 ) -> Result<Calibration, Error> {
@@ -112,12 +111,12 @@ pub fn calibrate(
 /// Factors for the sample, and whether s_β is held at an end.
 fn on_sample(
     sky: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     start: Factors,
 ) -> Result<(Factors, bool), Error> {
     let mut warm = start;
-    let mut beta_excess = |s_beta: f64, warm: &mut Factors| -> Result<f64, Error> {
+    let beta_excess = |s_beta: f64, warm: &mut Factors| -> Result<f64, Error> {
         warm.beta = s_beta;
         *warm = match_temperature(sky, fit, observed, *warm)?;
         Ok(mismatch(&sky.fit(fit, warm)?.laws, observed)[2])
@@ -145,7 +144,7 @@ fn on_sample(
 /// s_avg and s_T for a given s_β, by Newton steps with finite differences.
 fn match_temperature(
     sky: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     mut factors: Factors,
 ) -> Result<Factors, Error> {
@@ -174,7 +173,7 @@ fn mismatch(laws: &LawStats, observed: &LawStats) -> [f64; 3] {
 /// ∂ mismatch / ∂ (s_avg, s_T, s_β), row by row.
 fn derivatives(
     sky: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     at: &Factors,
 ) -> Result<[[f64; 3]; 3], Error> {

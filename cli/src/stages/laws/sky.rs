@@ -1,9 +1,10 @@
 //! The total sky made from layers and factors, as the fit of a modified blackbody sees it.
 
 use crate::Error;
+use crate::config::Fit;
 use crate::parallel;
 use crate::stages::intensity::LayerAverages;
-use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
+use dust3d_kernels::fit::mbb::MbbFit;
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
 use dust3d_kernels::units::NU0_GHZ;
@@ -48,6 +49,26 @@ pub struct FitStats {
     pub unconverged: u64,
 }
 
+/// The fit of the total: its frequencies, as bands of emission and as the fit's own tables.
+pub struct TotalFit {
+    nodes: Vec<MbbNode>,
+    fit: MbbFit,
+}
+
+impl TotalFit {
+    /// The fit a configuration describes.
+    ///
+    /// # Errors
+    /// If a frequency or an uncertainty is out of range.
+    pub fn new(config: &Fit) -> Result<Self, Error> {
+        let nodes = config.nu_ghz.iter().map(|&nu| MbbNode::new(nu, NU0_GHZ, 1.0));
+        Ok(Self {
+            nodes: nodes.collect::<Result<_, _>>()?,
+            fit: MbbFit::new(&config.nu_ghz, &config.sigma)?,
+        })
+    }
+}
+
 /// Layers at ν₀ with the fluctuations of their laws.
 pub struct Sky<'a> {
     /// Intensity of each layer at ν₀, MJy/sr.
@@ -67,12 +88,11 @@ impl Sky<'_> {
     ///
     /// # Errors
     /// Those of the kernels (lengths).
-    pub fn fit(&self, fit: &MbbFit, factors: &Factors) -> Result<FitStats, Error> {
+    pub fn fit(&self, fit: &TotalFit, factors: &Factors) -> Result<FitStats, Error> {
         let npix = self.intensity.first().map_or(0, |i| i.len());
-        let nodes = nodes(fit)?;
         let failure = std::sync::Mutex::new(None);
         let sums = parallel::sums(npix, |range| {
-            self.fit_range(fit, &nodes, factors, range).unwrap_or_else(|error| {
+            self.fit_range(fit, factors, range).unwrap_or_else(|error| {
                 if let Ok(mut failure) = failure.lock() {
                     *failure = Some(error);
                 }
@@ -98,8 +118,7 @@ impl Sky<'_> {
     /// Count, ΣT, ΣT², Σβ, Σβ² (about the shifts) and pixels without fit, over some pixels.
     fn fit_range(
         &self,
-        fit: &MbbFit,
-        nodes: &[MbbNode],
+        fit: &TotalFit,
         factors: &Factors,
         range: Range<usize>,
     ) -> Result<[f64; 6], Error> {
@@ -108,7 +127,6 @@ impl Sky<'_> {
         fit_total(
             self.level,
             fit,
-            nodes,
             |layer, t, beta| {
                 let intensity = self.intensity.get(layer)?;
                 let averages = (factors.avg * self.averages.t[layer], self.averages.beta[layer]);
@@ -143,14 +161,13 @@ impl Sky<'_> {
 /// `layer(i, t, beta)` fills in the law of layer i and returns its intensity at ν₀, none after the last.
 fn fit_total<'a>(
     level: Level,
-    fit: &MbbFit,
-    nodes: &[MbbNode],
+    fit: &TotalFit,
     layer: impl Fn(usize, &mut [f64], &mut [f64]) -> Option<&'a [f64]>,
     (t, beta): (&mut [f64], &mut [f64]),
 ) -> Result<(), Error> {
     let n = t.len();
-    let bands: Vec<&[MbbNode]> = nodes.iter().map(std::slice::from_ref).collect();
-    let mut total = vec![vec![0.0; n]; nodes.len()];
+    let bands: Vec<&[MbbNode]> = fit.nodes.iter().map(std::slice::from_ref).collect();
+    let mut total = vec![vec![0.0; n]; fit.nodes.len()];
     for i in 0.. {
         let Some(intensity) = layer(i, t, beta) else {
             break;
@@ -160,14 +177,8 @@ fn fit_total<'a>(
     }
     let maps: Vec<&[f64]> = total.iter().map(Vec::as_slice).collect();
     let mut tau = vec![0.0; n];
-    fit_into(level, fit, &maps, &mut tau, t, beta, None)?;
+    fit.fit.fit_into(level, &maps, &mut tau, t, beta, None)?;
     Ok(())
-}
-
-/// The frequencies of a fit, as bands.
-fn nodes(fit: &MbbFit) -> Result<Vec<MbbNode>, Error> {
-    let nodes = fit.frequencies().iter().map(|&nu| MbbNode::new(nu, NU0_GHZ, 1.0));
-    Ok(nodes.collect::<Result<_, _>>()?)
 }
 
 /// T and β fitted to the sum of layers with the laws `t`, `beta`; missing where there is no fit.
@@ -178,18 +189,16 @@ pub fn fit_maps(
     intensity: &[&[f64]],
     t: &[Vec<f64>],
     beta: &[Vec<f64>],
-    fit: &MbbFit,
+    fit: &TotalFit,
     level: Level,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let npix = intensity.first().map_or(0, |i| i.len());
-    let nodes = nodes(fit)?;
     let mut maps = [vec![0.0; npix], vec![0.0; npix]];
     let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<(), Error> {
         let (out_t, out_beta) = out.split_at_mut(1);
         fit_total(
             level,
             fit,
-            &nodes,
             |layer, to_t, to_beta| {
                 let i = intensity.get(layer)?;
                 to_t.copy_from_slice(&t[layer][range.clone()]);

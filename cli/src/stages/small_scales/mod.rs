@@ -141,7 +141,7 @@ pub fn add_small_scales(
     let ee = law(&before.ee, config.slope_ee);
     let bb = law(&before.bb, config.slope_bb);
 
-    let mut seeds = seeds::draw(seed, layer, lmax, (tt, ee, bb), config.te);
+    let mut seeds = seeds::draw(seed, layer, lmax, (tt, ee, bb), config.te)?;
 
     let intensity_beam = (config.intensity_beam_arcmin / 60.0).to_radians();
     let window: Vec<f64> = (0..=lmax)

@@ -142,6 +142,8 @@ impl core::ops::AddAssign for FitCounts {
 #[derive(Debug, Clone)]
 pub struct MbbFit {
     n: usize,
+    nu_ghz: [f64; MAX_FREQUENCIES],
+    sigma: [f64; MAX_FREQUENCIES],
     /// hν/k, K.
     x_kelvin: [f64; MAX_FREQUENCIES],
     /// ln(ν/ν₀).
@@ -182,6 +184,8 @@ impl MbbFit {
     const fn empty() -> Self {
         Self {
             n: 0,
+            nu_ghz: [0.0; MAX_FREQUENCIES],
+            sigma: [0.0; MAX_FREQUENCIES],
             x_kelvin: [0.0; MAX_FREQUENCIES],
             ln_ratio: [0.0; MAX_FREQUENCIES],
             weight: [0.0; MAX_FREQUENCIES],
@@ -231,6 +235,8 @@ impl MbbFit {
             different += usize::from(!nu_ghz.iter().take(i).any(|&other| other == nu));
             let r = nu / first;
             for (array, value) in [
+                (&mut fit.nu_ghz, nu),
+                (&mut fit.sigma, s),
                 (&mut fit.x_kelvin, x_kelvin(nu).0),
                 (&mut fit.ln_ratio, scalar::ln(nu / NU0_GHZ)),
                 (&mut fit.weight, 1.0 / s),
@@ -252,10 +258,16 @@ impl MbbFit {
         Ok(fit)
     }
 
-    /// How many frequencies.
+    /// The frequencies, GHz.
     #[must_use]
-    pub const fn frequencies(&self) -> usize {
-        self.n
+    pub fn frequencies(&self) -> &[f64] {
+        self.nu_ghz.get(..self.n).unwrap_or(&[])
+    }
+
+    /// The relative errors.
+    #[must_use]
+    pub fn sigma(&self) -> &[f64] {
+        self.sigma.get(..self.n).unwrap_or(&[])
     }
 
     /// Fills the tables of the start.
@@ -311,43 +323,6 @@ impl MbbFit {
         }
     }
 
-    /// Fits every pixel.
-    ///
-    /// | argument | shape | unit | domain |
-    /// | --- | --- | --- | --- |
-    /// | `maps` | n_freq × n_pix, in the order of [`new`](Self::new) | MJy/sr | > 0; else the pixel is missing |
-    /// | `tau`, `t`, `beta` | n_pix | at 353 GHz, K, 1 | overwritten; NaN where there is no fit |
-    /// | `chi2` | n_pix, if wanted | | overwritten; NaN where there is no minimum |
-    ///
-    /// # Errors
-    /// [`Error::Length`] for another number of maps than of frequencies, or unequal lengths.
-    pub fn fit_into(
-        &self,
-        level: Level,
-        maps: &[&[f64]],
-        tau: &mut [f64],
-        t: &mut [f64],
-        beta: &mut [f64],
-        chi2: Option<&mut [f64]>,
-    ) -> Result<FitCounts, Error> {
-        let n = tau.len();
-        Error::check_len("maps of the fit", self.n, maps.len())?;
-        for map in maps {
-            Error::check_len("map of the fit", n, map.len())?;
-        }
-        Error::check_len("t", n, t.len())?;
-        Error::check_len("beta", n, beta.len())?;
-        if let Some(chi2) = &chi2 {
-            Error::check_len("chi2", n, chi2.len())?;
-        }
-        let mut out = Outputs { tau, t, beta, chi2 };
-        Ok(dispatch!(level, |token: L| match self.n {
-            3 => fit_maps::<L, 3>(token, self, maps, &mut out),
-            4 => fit_maps::<L, 4>(token, self, maps, &mut out),
-            _ => fit_maps::<L, 0>(token, self, maps, &mut out),
-        }))
-    }
-
     /// Fits one pixel: the same arithmetic on the portable level.
     ///
     /// # Errors
@@ -359,8 +334,9 @@ impl MbbFit {
             *map = core::slice::from_ref(i);
         }
         let (mut tau, mut t, mut beta, mut chi2) = ([0.0], [0.0], [0.0], [0.0]);
-        let counts = self.fit_into(
+        let counts = fit_into(
             Level::portable(),
+            self,
             maps.get(..self.n).unwrap_or(&[]),
             &mut tau,
             &mut t,
@@ -383,6 +359,43 @@ impl MbbFit {
             },
         })
     }
+}
+
+/// Fits every pixel.
+///
+/// | argument | shape | unit | domain |
+/// | --- | --- | --- | --- |
+/// | `maps` | n_freq × n_pix, in the order of [`MbbFit::new`] | MJy/sr | > 0; else the pixel is missing |
+/// | `tau`, `t`, `beta` | n_pix | at 353 GHz, K, 1 | overwritten; NaN where there is no fit |
+/// | `chi2` | n_pix, if wanted | | overwritten; NaN where there is no minimum |
+///
+/// # Errors
+/// [`Error::Length`] for another number of maps than of frequencies, or unequal lengths.
+pub fn fit_into(
+    level: Level,
+    fit: &MbbFit,
+    maps: &[&[f64]],
+    tau: &mut [f64],
+    t: &mut [f64],
+    beta: &mut [f64],
+    chi2: Option<&mut [f64]>,
+) -> Result<FitCounts, Error> {
+    let n = tau.len();
+    Error::check_len("maps of the fit", fit.n, maps.len())?;
+    for map in maps {
+        Error::check_len("map of the fit", n, map.len())?;
+    }
+    Error::check_len("t", n, t.len())?;
+    Error::check_len("beta", n, beta.len())?;
+    if let Some(chi2) = &chi2 {
+        Error::check_len("chi2", n, chi2.len())?;
+    }
+    let mut out = Outputs { tau, t, beta, chi2 };
+    Ok(dispatch!(level, |token: L| match fit.n {
+        3 => fit_maps::<L, 3>(token, fit, maps, &mut out),
+        4 => fit_maps::<L, 4>(token, fit, maps, &mut out),
+        _ => fit_maps::<L, 0>(token, fit, maps, &mut out),
+    }))
 }
 
 type Vector = [f64; MAX_FREQUENCIES];

@@ -129,7 +129,7 @@ impl MbbNode {
     /// s_ν = (ν/ν₀)^β B_ν(T)/B_ν₀(T), without the weight; NaN for T that is not positive.
     #[must_use]
     pub fn scaling_scalar(&self, t_kelvin: f64, beta: f64) -> f64 {
-        if !(t_kelvin > 0.0) {
+        if t_kelvin.is_nan() || t_kelvin <= 0.0 {
             return f64::NAN;
         }
         let x = self.x_kelvin / t_kelvin;
@@ -193,14 +193,14 @@ impl<L: Lanes> Pixels<L> {
 
 /// One layer added to maps at any number of frequencies and bands, `S` Stokes parameters at once.
 ///
-/// out\[b\]\[X\]\[p\] += templates\[X\]\[p\] · Σ_k a_bk (ν_bk/ν₀)^beta\[p\] B_ν(t\[p\])/B_ν₀(t\[p\])
+/// out\[S b + X\]\[p\] += templates\[X\]\[p\] · Σ_k a_bk (ν_bk/ν₀)^beta\[p\] B_ν(t\[p\])/B_ν₀(t\[p\])
 ///
 /// | argument | shape | unit | domain |
 /// | --- | --- | --- | --- |
 /// | `bands` | n_band lists of [`MbbNode`], all of one ν₀ | | an empty list adds nothing but NaN |
 /// | `templates` | S × n_pix, f32 or f64 | MJy/sr | NaN = missing |
 /// | `t`, `beta` | n_pix, f32 or f64 | K, 1 | T > 0; else NaN in every map |
-/// | `out` | n_band × S × n_pix | unit of the weights | accumulated, not cleared |
+/// | `out` | n_band × S maps of n_pix, those of a band together | unit of the weights | accumulated, not cleared |
 ///
 /// For `S = 3` the templates are I, Q, U. No scratch.
 ///
@@ -218,7 +218,7 @@ impl<L: Lanes> Pixels<L> {
 /// let (t, beta) = ([20.0_f32, 18.0], [1.5_f32, 1.6]);
 /// let reference = [MbbNode::new(353.0, 353.0, 1.0)?];
 /// let mut map = [0.0; 2];
-/// mbb_add_stokes(Level::detect(), &[&reference], [&i_ref], &t, &beta, &mut [[&mut map]])?;
+/// mbb_add_stokes(Level::detect(), &[&reference], [&i_ref], &t, &beta, &mut [&mut map])?;
 /// assert_eq!(map, [1.0, 2.0]);
 /// # Ok::<(), dust3d_kernels::Error>(())
 /// ```
@@ -228,17 +228,14 @@ pub fn mbb_add_stokes<E: Sample, const S: usize>(
     templates: [&[E]; S],
     t: &[E],
     beta: &[E],
-    out: &mut [[&mut [f64]; S]],
+    out: &mut [&mut [f64]],
 ) -> Result<(), Error> {
     let n = t.len();
     Error::check_len("beta", n, beta.len())?;
     for template in templates {
         Error::check_len("template", n, template.len())?;
     }
-    Error::check_len("out", bands.len(), out.len())?;
-    for map in out.iter().flatten() {
-        Error::check_len("map of out", n, map.len())?;
-    }
+    check_outputs(bands.len() * S, n, out)?;
     let Some(nu0_ghz) = common_reference(bands)? else {
         return Ok(());
     };
@@ -246,6 +243,15 @@ pub fn mbb_add_stokes<E: Sample, const S: usize>(
     dispatch!(level, |token: L| add_stokes::<L, E, S>(
         token, bands, x0_kelvin, templates, t, beta, out
     ));
+    Ok(())
+}
+
+/// Are there `count` maps of `n` pixels?
+fn check_outputs(count: usize, n: usize, out: &[&mut [f64]]) -> Result<(), Error> {
+    Error::check_len("maps of out", count, out.len())?;
+    for map in out {
+        Error::check_len("map of out", n, map.len())?;
+    }
     Ok(())
 }
 
@@ -275,7 +281,7 @@ fn add_stokes<L: Lanes, E: Sample, const S: usize>(
     templates: [&[E]; S],
     t: &[E],
     beta: &[E],
-    out: &mut [[&mut [f64]; S]],
+    out: &mut [&mut [f64]],
 ) {
     for start in (0..t.len()).step_by(8) {
         let pixels = Pixels::new(
@@ -291,7 +297,7 @@ fn add_stokes<L: Lanes, E: Sample, const S: usize>(
                 None => L::splat(token, f64::NAN),
             },
         );
-        for (band, maps) in bands.iter().zip(out.iter_mut()) {
+        for (band, maps) in bands.iter().zip(out.chunks_mut(S.max(1))) {
             let sum = pixels.band(token, band);
             for (x, map) in x.iter().zip(maps.iter_mut()) {
                 let to = map.get_mut(start..).unwrap_or(&mut []);
@@ -312,7 +318,7 @@ pub fn mbb_add_iqu<E: Sample>(
     iqu: [&[E]; 3],
     t: &[E],
     beta: &[E],
-    out: &mut [[&mut [f64]; 3]],
+    out: &mut [&mut [f64]],
 ) -> Result<(), Error> {
     mbb_add_stokes::<E, 3>(level, bands, iqu, t, beta, out)
 }
@@ -332,12 +338,12 @@ pub fn mbb_add<E: Sample>(
     out: &mut [f64],
 ) -> Result<(), Error> {
     let band = core::slice::from_ref(node);
-    mbb_add_stokes::<E, 1>(level, &[band], [template], t, beta, &mut [[out]])
+    mbb_add_stokes::<E, 1>(level, &[band], [template], t, beta, &mut [out])
 }
 
 /// A layer of one temperature and one index added to maps: the law is a number, the kernel a multiplication.
 ///
-/// out\[b\]\[X\]\[p\] += templates\[X\]\[p\] · Σ_k a_bk s_k(t, beta). Arguments, errors and treatment of missing values as
+/// out\[S b + X\]\[p\] += templates\[X\]\[p\] · Σ_k a_bk s_k(t, beta). Arguments, errors and treatment of missing values as
 /// [`mbb_add_stokes`].
 ///
 /// # Errors
@@ -348,18 +354,15 @@ pub fn mbb_add_uniform<E: Sample, const S: usize>(
     templates: [&[E]; S],
     t_kelvin: f64,
     beta: f64,
-    out: &mut [[&mut [f64]; S]],
+    out: &mut [&mut [f64]],
 ) -> Result<(), Error> {
     let n = templates.first().map_or(0, |template| template.len());
     for template in templates {
         Error::check_len("template", n, template.len())?;
     }
-    Error::check_len("out", bands.len(), out.len())?;
-    for map in out.iter().flatten() {
-        Error::check_len("map of out", n, map.len())?;
-    }
+    check_outputs(bands.len() * S, n, out)?;
     common_reference(bands)?;
-    for (band, maps) in bands.iter().zip(out.iter_mut()) {
+    for (band, maps) in bands.iter().zip(out.chunks_mut(S.max(1))) {
         let mut sum = 0.0;
         for node in *band {
             sum += node.weight * node.scaling_scalar(t_kelvin, beta);

@@ -11,3 +11,5 @@
 pub mod bandpass;
 pub mod mbb;
 pub mod spectrum;
+
+pub use spectrum::planck_mjysr;

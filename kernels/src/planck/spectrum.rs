@@ -96,6 +96,22 @@ pub fn planck_scalar(nu_ghz: f64, t_kelvin: f64) -> f64 {
     front * half / one_minus_exp_neg_scalar(x, low) * half
 }
 
+/// [`planck_scalar`] for callers that want an error and not a NaN.
+///
+/// # Errors
+/// [`Error::Domain`] unless 1e-30 ≤ `nu_ghz` ≤ 1e30 and 0 < `t_kelvin` < ∞.
+pub fn planck_mjysr(nu_ghz: f64, t_kelvin: f64) -> Result<f64, Error> {
+    check_frequency(nu_ghz)?;
+    if in_domain(nu_ghz, t_kelvin) {
+        Ok(planck_scalar(nu_ghz, t_kelvin))
+    } else {
+        Err(Error::Domain {
+            what: "temperature in K (above 0, finite)",
+            value: t_kelvin,
+        })
+    }
+}
+
 /// ∂B_ν/∂T in MJy sr⁻¹ K⁻¹; NaN outside the domain of the module.
 ///
 /// (2kν²/c²)·x²eˣ/(eˣ − 1)²: at T_CMB the factor between MJy/sr and K_CMB. Accuracy as [`planck_scalar`].

@@ -80,15 +80,35 @@ impl Run<'_> {
     }
 
     /// Writes a map of the working grid.
-    fn write(&self, stem: &str, quantity: &str, unit: &str, map: &[f64], dtype: Dtype) -> Result<(), Error> {
-        self.out.map(stem, quantity, unit, self.config.nside, map, dtype)
+    fn write(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        map: &[f64],
+        dtype: Dtype,
+    ) -> Result<(), Error> {
+        self.out
+            .map(stem, quantity, unit, self.config.nside, map, dtype)
     }
 
     /// Writes one intermediate map per layer, `stem`_1 … N, if intermediates are kept.
-    fn write_layers(&self, stem: &str, quantity: &str, unit: &str, maps: &[Vec<f64>]) -> Result<(), Error> {
+    fn write_layers(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        maps: &[Vec<f64>],
+    ) -> Result<(), Error> {
         if self.keeps_all() {
             for (i, map) in maps.iter().enumerate() {
-                self.write(&format!("{stem}_{}", i + 1), quantity, unit, map, Dtype::F64)?;
+                self.write(
+                    &format!("{stem}_{}", i + 1),
+                    quantity,
+                    unit,
+                    map,
+                    Dtype::F64,
+                )?;
             }
         }
         Ok(())
@@ -120,7 +140,13 @@ impl Run<'_> {
             maps.push((name, "observation, for validation", "MJy/sr", map));
         }
         for (name, quantity, unit, map) in maps {
-            self.write(&format!("observations/{name}"), quantity, unit, map, Dtype::F64)?;
+            self.write(
+                &format!("observations/{name}"),
+                quantity,
+                unit,
+                map,
+                Dtype::F64,
+            )?;
         }
         if self.keeps_all() {
             for (_, map) in &inputs.cube {
@@ -171,7 +197,12 @@ impl Run<'_> {
             self.level,
         )?;
         manifest.counts.missing_cube_pixels = fractions.missing_cube_pixels;
-        self.write_layers("fractions/f", "fraction of the dust in the layer", "", &fractions.maps)?;
+        self.write_layers(
+            "fractions/f",
+            "fraction of the dust in the layer",
+            "",
+            &fractions.maps,
+        )?;
 
         self.progress.stage("intensity layers", 1);
         let averages = intensity::layer_averages(&fractions.maps, &observed.t, &observed.beta);
@@ -183,9 +214,19 @@ impl Run<'_> {
             intensity::intensity(&fractions.maps, &observed.i, &observed.tau, &averages);
         drop(fractions);
         manifest.counts.negative_intensity = negative;
-        self.write_layers("intensity/I", "intensity of the layer at 353 GHz", "MJy/sr", &intensities)?;
+        self.write_layers(
+            "intensity/I",
+            "intensity of the layer at 353 GHz",
+            "MJy/sr",
+            &intensities,
+        )?;
 
-        let distances: Vec<f64> = config.layers.edges.iter().map(|&mu| distance_kpc(mu)).collect();
+        let distances: Vec<f64> = config
+            .layers
+            .edges
+            .iter()
+            .map(|&mu| distance_kpc(mu))
+            .collect();
         let pitch = match config.field.pitch_deg {
             Some(deg) => deg.to_radians(),
             None => self.pitch(&distances, observed, &intensities)?,
@@ -201,8 +242,18 @@ impl Run<'_> {
         self.progress.stage("polarisation layers", 1);
         let mut q = polarisation::predicted(q, &intensities);
         let mut u = polarisation::predicted(u, &intensities);
-        self.write_layers("predicted/Q", "Stokes Q predicted by the field", "MJy/sr", &q)?;
-        self.write_layers("predicted/U", "Stokes U predicted by the field", "MJy/sr", &u)?;
+        self.write_layers(
+            "predicted/Q",
+            "Stokes Q predicted by the field",
+            "MJy/sr",
+            &q,
+        )?;
+        self.write_layers(
+            "predicted/U",
+            "Stokes U predicted by the field",
+            "MJy/sr",
+            &u,
+        )?;
         let counts = polarisation::renormalise(
             &mut q,
             &mut u,
@@ -212,8 +263,18 @@ impl Run<'_> {
         )?;
         manifest.counts.capped_pixels = counts.capped;
         manifest.counts.infeasible_pixels = counts.infeasible;
-        self.write_layers("renormalised/Q", "Stokes Q, adding up to the observed", "MJy/sr", &q)?;
-        self.write_layers("renormalised/U", "Stokes U, adding up to the observed", "MJy/sr", &u)?;
+        self.write_layers(
+            "renormalised/Q",
+            "Stokes Q, adding up to the observed",
+            "MJy/sr",
+            &q,
+        )?;
+        self.write_layers(
+            "renormalised/U",
+            "Stokes U, adding up to the observed",
+            "MJy/sr",
+            &u,
+        )?;
 
         let layers = intensities
             .into_iter()
@@ -248,7 +309,8 @@ impl Run<'_> {
         for (q, g) in &fit.scan {
             let _ = writeln!(csv, "{q},{g:e}");
         }
-        self.out.file("pitch.csv", "pitch-angle objective, MJy/sr", csv.as_bytes())?;
+        self.out
+            .file("pitch.csv", "pitch-angle objective, MJy/sr", csv.as_bytes())?;
         Ok(fit.pitch_rad)
     }
 
@@ -291,7 +353,13 @@ impl Run<'_> {
             let dtype = self.config.output.dtype;
             for (stokes, map) in [("I", &maps.i), ("Q", &maps.q), ("U", &maps.u)] {
                 let stem = format!("templates/{stokes}_{number}");
-                self.write(&stem, "template of the layer at 353 GHz", "MJy/sr", map, dtype)?;
+                self.write(
+                    &stem,
+                    "template of the layer at 353 GHz",
+                    "MJy/sr",
+                    map,
+                    dtype,
+                )?;
             }
             templates.push(maps);
             self.progress.advance(1);
@@ -339,11 +407,25 @@ impl Run<'_> {
         let factors = calibration.factors;
 
         for (i, (t, beta)) in t.iter_mut().zip(&mut beta).enumerate() {
-            manifest.counts.floored_laws += laws::apply(t, factors.avg * averages.t[i], factors.t, T_FLOOR);
-            manifest.counts.floored_laws += laws::apply(beta, averages.beta[i], factors.beta, BETA_FLOOR);
+            manifest.counts.floored_laws +=
+                laws::apply(t, factors.avg * averages.t[i], factors.t, T_FLOOR);
+            manifest.counts.floored_laws +=
+                laws::apply(beta, averages.beta[i], factors.beta, BETA_FLOOR);
             let dtype = config.output.dtype;
-            self.write(&format!("laws/T_{}", i + 1), "dust temperature of the layer", "K", t, dtype)?;
-            self.write(&format!("laws/beta_{}", i + 1), "spectral index of the layer", "", beta, dtype)?;
+            self.write(
+                &format!("laws/T_{}", i + 1),
+                "dust temperature of the layer",
+                "K",
+                t,
+                dtype,
+            )?;
+            self.write(
+                &format!("laws/beta_{}", i + 1),
+                "spectral index of the layer",
+                "",
+                beta,
+                dtype,
+            )?;
         }
         manifest.laws = Some(laws_record(&calibration, &t, &beta));
         manifest.mbb_fit_total = Some(fit_record(&calibration.fit.laws));
@@ -430,7 +512,10 @@ impl Run<'_> {
         self.emit(Model::Uniform, &uniform)?;
         let sum = total(templates);
         let (t, beta) = (fill_with_mean(&observed.t), fill_with_mean(&observed.beta));
-        self.emit(Model::TwoD, &[layer(&sum, Law::Maps { t: &t, beta: &beta })])
+        self.emit(
+            Model::TwoD,
+            &[layer(&sum, Law::Maps { t: &t, beta: &beta })],
+        )
     }
 
     /// Maps of one model; one frequency at a time, as those of all would not fit beside the layers on a large grid.
@@ -485,10 +570,14 @@ impl Run<'_> {
             t: panel(&fit_t),
             beta: panel(&fit_beta),
             title: "Polarised dust at 353 GHz: sum of the layers".to_owned(),
-            subtitle: format!("{source}, Nside {}, seed {}", self.config.nside, self.config.seed),
+            subtitle: format!(
+                "{source}, Nside {}, seed {}",
+                self.config.nside, self.config.seed
+            ),
         }
         .png()?;
-        self.out.file("overview.png", "I, Q, U, T and beta of the total", &png)
+        self.out
+            .file("overview.png", "I, Q, U, T and beta of the total", &png)
     }
 }
 
@@ -594,9 +683,7 @@ fn record(report: &LayerReport) -> SmallScaleRecord {
 }
 
 fn spectra_csv(report: &LayerReport) -> String {
-    let mut csv = String::from(
-        "l,TT_observed,EE_observed,BB_observed,TE_observed,TT,EE,BB,TE\n",
-    );
+    let mut csv = String::from("l,TT_observed,EE_observed,BB_observed,TE_observed,TT,EE,BB,TE\n");
     for l in 0..report.before.tt.len() {
         let _ = write!(csv, "{l}");
         for spectra in [&report.before, &report.after] {
@@ -616,4 +703,3 @@ fn peak_memory_bytes() -> Option<u64> {
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024)
 }
-

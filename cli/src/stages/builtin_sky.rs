@@ -27,7 +27,7 @@ use dust3d_kernels::planck::spectrum::planck_scalar;
 use dust3d_kernels::random::Stage;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{beam, scale_by_l};
-use dust3d_kernels::units::{NU0_GHZ, NU_100UM_GHZ};
+use dust3d_kernels::units::{NU_100UM_GHZ, NU0_GHZ};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -93,7 +93,10 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
     for x in cube.iter_mut().flatten().filter(|x| **x != MISSING) {
         *x *= scale;
     }
-    cumulative.par_iter_mut().flatten().for_each(|x| *x *= scale);
+    cumulative
+        .par_iter_mut()
+        .flatten()
+        .for_each(|x| *x *= scale);
 
     let tau: Vec<f64> = cumulative[BINS - 1]
         .iter()
@@ -111,7 +114,10 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
 
     let mut maps = BTreeMap::new();
     let mut put = |name: &str, unit: &str, values: Vec<f64>| {
-        maps.insert(name.to_owned(), InputMap::generated(name, unit, nside.get() as u32, values));
+        maps.insert(
+            name.to_owned(),
+            InputMap::generated(name, unit, nside.get() as u32, values),
+        );
     };
     let names = ["143", "217", "545", "857", "2998"];
     let bands = [143.0, 217.0, 545.0, 857.0, NU_100UM_GHZ]
@@ -258,12 +264,17 @@ fn polarisation(
     let beam_rad = 1_f64.to_radians();
     let e = red_alm(seed, BINS + 1, 0, lmax, -2.42, beam_rad)?;
     let mut b = red_alm(seed, BINS + 1, 1, lmax, -2.42, beam_rad)?;
-    b.iter_mut().for_each(|b| *b *= std::f64::consts::FRAC_1_SQRT_2);
+    b.iter_mut()
+        .for_each(|b| *b *= std::f64::consts::FRAC_1_SQRT_2);
     let npix = nside.npix() as usize;
     let (mut q, mut u) = (vec![0.0; npix], vec![0.0; npix]);
     plan.synthesis_spin2(&e, &b, &mut q, &mut u)?;
     let [square] = parallel::sums(npix, |r| {
-        [q[r.clone()].iter().zip(&u[r]).map(|(q, u)| q * q + u * u).sum()]
+        [q[r.clone()]
+            .iter()
+            .zip(&u[r])
+            .map(|(q, u)| q * q + u * u)
+            .sum()]
     });
     let scale = 0.05 / (square / npix as f64).sqrt();
 
@@ -277,7 +288,10 @@ fn polarisation(
     };
     let edges: Vec<f64> = FIELD_EDGES.iter().map(|&mu| distance_kpc(mu)).collect();
     let (q_field, u_field) = field::ratios(&model, &edges, nside, level)?;
-    let bins: Vec<usize> = FIELD_EDGES.iter().map(|mu| (2.0 * (mu - 4.0)) as usize).collect();
+    let bins: Vec<usize> = FIELD_EDGES
+        .iter()
+        .map(|mu| (2.0 * (mu - 4.0)) as usize)
+        .collect();
     let mut maps = [q, u];
     parallel::for_columns(&mut maps, |range, mut maps| {
         for (k, p) in range.enumerate() {

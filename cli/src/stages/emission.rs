@@ -90,20 +90,18 @@ pub fn add_layer(
 ) -> Result<(), Error> {
     let bands: Vec<&[MbbNode]> = bands.iter().map(Vec::as_slice).collect();
     let mut maps: Vec<Vec<f64>> = out.iter_mut().flatten().map(std::mem::take).collect();
-    let results = parallel::for_columns(&mut maps, |range, out| {
-        let mut out = out.into_iter();
-        let mut triples = Vec::with_capacity(bands.len());
-        while let (Some(i), Some(q), Some(u)) = (out.next(), out.next(), out.next()) {
-            triples.push([i, q, u]);
-        }
+    let results = parallel::for_columns(&mut maps, |range, mut out| {
         let stokes = layer.stokes.map(|s| &s[range.clone()]);
         match layer.law {
-            Law::Maps { t, beta } => {
-                mbb_add_iqu(level, &bands, stokes, &t[range.clone()], &beta[range], &mut triples)
-            }
-            Law::Uniform { t, beta } => {
-                mbb_add_uniform(level, &bands, stokes, t, beta, &mut triples)
-            }
+            Law::Maps { t, beta } => mbb_add_iqu(
+                level,
+                &bands,
+                stokes,
+                &t[range.clone()],
+                &beta[range],
+                &mut out,
+            ),
+            Law::Uniform { t, beta } => mbb_add_uniform(level, &bands, stokes, t, beta, &mut out),
         }
     });
     for (slot, map) in out.iter_mut().flatten().zip(maps) {

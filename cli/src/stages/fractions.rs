@@ -11,8 +11,8 @@
 use super::regrid;
 use crate::Error;
 use crate::parallel;
-use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::healpix::disc::{self, Inclusion};
+use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::healpix::{Location, Nside, ring};
 use dust3d_kernels::simd::Level;
 use rayon::prelude::*;
@@ -43,7 +43,11 @@ pub fn fractions(
     let npix = from.npix() as usize;
     let observed: Vec<bool> = (0..npix)
         .into_par_iter()
-        .map(|p| edges.iter().all(|e| e.get(p).is_some_and(|&x| !is_missing(x))))
+        .map(|p| {
+            edges
+                .iter()
+                .all(|e| e.get(p).is_some_and(|&x| !is_missing(x)))
+        })
         .collect();
     let missing_cube_pixels = observed.iter().filter(|&&o| !o).count() as u64;
 
@@ -150,9 +154,17 @@ fn covered_mirrors(
         let mut found = Vec::new();
         for mirror in mirrors {
             let centre = Location::from_vec(mirror)?;
-            disc::ring_ranges(level, nside, centre, radius.min(PI), Inclusion::default(), |range| {
-                found.extend((range.start as usize..range.end as usize).filter(|&p| covered[p]));
-            })?;
+            disc::ring_ranges(
+                level,
+                nside,
+                centre,
+                radius.min(PI),
+                Inclusion::default(),
+                |range| {
+                    found
+                        .extend((range.start as usize..range.end as usize).filter(|&p| covered[p]));
+                },
+            )?;
         }
         if !found.is_empty() || radius >= PI {
             found.sort_unstable();

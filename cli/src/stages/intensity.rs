@@ -33,11 +33,7 @@ pub fn layer_averages(fractions: &[Vec<f64>], t: &[f64], beta: &[f64]) -> LayerA
             }
             part
         });
-        if weight > 0.0 {
-            sum / weight
-        } else {
-            mean(x)
-        }
+        if weight > 0.0 { sum / weight } else { mean(x) }
     };
     LayerAverages {
         t: fractions.iter().map(|f| average(f, t)).collect(),

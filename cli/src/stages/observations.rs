@@ -9,7 +9,7 @@ use crate::config::{Config, Fit};
 use crate::io::{InputMap, Inputs};
 use crate::parallel;
 use crate::stages::intensity::mean;
-use dust3d_kernels::fit::mbb::MbbFit;
+use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
 use dust3d_kernels::healpix::Nside;
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::planck::spectrum::planck_scalar;
@@ -54,10 +54,9 @@ pub fn observe(
     level: Level,
 ) -> Result<Observations, Error> {
     let get = |name: &str| {
-        inputs
-            .maps
-            .get(name)
-            .ok_or_else(|| Error::usage(format!("the input `{name}` is needed; give it in [inputs]")))
+        inputs.maps.get(name).ok_or_else(|| {
+            Error::usage(format!("the input `{name}` is needed; give it in [inputs]"))
+        })
     };
     let scalar = |map: &InputMap| -> Result<Vec<f64>, Error> {
         let from = Nside::new(map.nside.into())?;
@@ -110,7 +109,9 @@ pub fn observe(
         }
         Ok(least)
     };
-    let given = ["tau", "T", "beta"].iter().all(|n| inputs.maps.contains_key(*n));
+    let given = ["tau", "T", "beta"]
+        .iter()
+        .all(|n| inputs.maps.contains_key(*n));
     let (tau, t, beta, laws_nside) = if given {
         let map = |name| scalar(get(name)?);
         (map("tau")?, map("T")?, map("beta")?, least(&["T", "beta"])?)
@@ -119,10 +120,9 @@ pub fn observe(
             .iter()
             .map(|&name| match name {
                 "I_353" => Ok(i.as_slice()),
-                _ => others
-                    .get(name)
-                    .map(Vec::as_slice)
-                    .ok_or_else(|| Error::usage(format!("the input `{name}` is needed to fit τ, T and β"))),
+                _ => others.get(name).map(Vec::as_slice).ok_or_else(|| {
+                    Error::usage(format!("the input `{name}` is needed to fit τ, T and β"))
+                }),
             })
             .collect::<Result<_, _>>()?;
         let (tau, t, beta) = fit_laws(&maps, &config.fit, level)?;
@@ -162,7 +162,7 @@ fn fit_laws(
     let results = parallel::for_columns(&mut laws, |range, mut laws| -> Result<(), Error> {
         let pieces: Vec<&[f64]> = maps.iter().map(|m| &m[range.clone()]).collect();
         if let [tau, t, beta] = laws.as_mut_slice() {
-            fit.fit_into(level, &pieces, tau, t, beta, None)?;
+            fit_into(level, &fit, &pieces, tau, t, beta, None)?;
         }
         for x in laws.iter_mut().flat_map(|l| l.iter_mut()) {
             if x.is_nan() {

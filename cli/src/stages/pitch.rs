@@ -113,8 +113,13 @@ impl<'a> Objective<'a> {
             Ok(pixels.iter().map(|&p| coarse[p]).collect())
         };
         Ok(Self {
-            edges: std::iter::once(0.0).chain(scan.edges_kpc.iter().copied()).collect(),
-            intensities: intensities.iter().map(|i| pick(i)).collect::<Result<_, _>>()?,
+            edges: std::iter::once(0.0)
+                .chain(scan.edges_kpc.iter().copied())
+                .collect(),
+            intensities: intensities
+                .iter()
+                .map(|i| pick(i))
+                .collect::<Result<_, _>>()?,
             q: pick(q)?,
             u: pick(u)?,
             directions,
@@ -150,11 +155,13 @@ impl<'a> Objective<'a> {
                 Ok(sums)
             })
             .collect::<Result<_, Error>>()?;
-        Ok(partial.into_iter().fold(vec![0.0; degrees.len()], |mut total, part| {
-            for (t, p) in total.iter_mut().zip(part) {
-                *t += p;
-            }
-            total
-        }))
+        Ok(partial
+            .into_iter()
+            .fold(vec![0.0; degrees.len()], |mut total, part| {
+                for (t, p) in total.iter_mut().zip(part) {
+                    *t += p;
+                }
+                total
+            }))
     }
 }

@@ -13,7 +13,10 @@ use rayon::prelude::*;
 #[must_use]
 pub fn predicted(mut ratios: Vec<Vec<f64>>, intensities: &[Vec<f64>]) -> Vec<Vec<f64>> {
     for (ratio, intensity) in ratios.iter_mut().zip(intensities) {
-        ratio.par_iter_mut().zip(intensity).for_each(|(r, i)| *r *= i);
+        ratio
+            .par_iter_mut()
+            .zip(intensity)
+            .for_each(|(r, i)| *r *= i);
     }
     ratios
 }
@@ -37,7 +40,15 @@ pub fn renormalise(
         let intensity: Vec<&[f64]> = intensities.iter().map(|i| &i[range.clone()]).collect();
         let mut scratch = vec![0.0; renormalise_scratch_len(layers)];
         let observed = (&q_obs[range.clone()], &u_obs[range]);
-        renormalise_into(p_max, &intensity, observed.0, observed.1, q, u, &mut scratch)
+        renormalise_into(
+            p_max,
+            &intensity,
+            observed.0,
+            observed.1,
+            q,
+            u,
+            &mut scratch,
+        )
     });
     *u = maps.split_off(layers);
     *q = maps;

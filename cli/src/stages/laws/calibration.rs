@@ -77,7 +77,10 @@ pub fn calibrate(
             // The whole map has a solution inside the range though the sample has none.
             held = false;
         }
-        let size = miss[0].abs().max(miss[1].abs()).max(if held { 0.0 } else { miss[2].abs() });
+        let size = miss[0]
+            .abs()
+            .max(miss[1].abs())
+            .max(if held { 0.0 } else { miss[2].abs() });
         if best.as_ref().is_none_or(|b| b.3 != held || size < b.0) {
             best = Some((size, factors, stats, held));
         }
@@ -187,7 +190,10 @@ fn derivatives(
         Ok(mismatch(&sky.fit(fit, &factors)?.laws, observed))
     };
     let mut jacobian = [[0.0; 3]; 3];
-    for (column, [a, t, b]) in [[H, 0.0, 0.0], [0.0, H, 0.0], [0.0, 0.0, H]].into_iter().enumerate() {
+    for (column, [a, t, b]) in [[H, 0.0, 0.0], [0.0, H, 0.0], [0.0, 0.0, H]]
+        .into_iter()
+        .enumerate()
+    {
         let (up, down) = (shifted(a, t, b)?, shifted(-a, -t, -b)?);
         for row in 0..3 {
             jacobian[row][column] = (up[row] - down[row]) / (2.0 * H);
@@ -199,7 +205,13 @@ fn derivatives(
 /// J⁻¹ · miss by Cramer's rule, in the first two dimensions if the third is held; zero where J is singular.
 fn solve(j: &[[f64; 3]; 3], miss: &[f64; 3], held: bool) -> [f64; 3] {
     let det2 = |a: f64, b: f64, c: f64, d: f64| a * d - b * c;
-    let quotient = |x: f64, det: f64| if det == 0.0 || !det.is_finite() { 0.0 } else { x / det };
+    let quotient = |x: f64, det: f64| {
+        if det == 0.0 || !det.is_finite() {
+            0.0
+        } else {
+            x / det
+        }
+    };
     if held {
         let det = det2(j[0][0], j[0][1], j[1][0], j[1][1]);
         return [

@@ -4,11 +4,11 @@ use crate::Error;
 use crate::config::Fit;
 use crate::parallel;
 use crate::stages::intensity::LayerAverages;
-use dust3d_kernels::fit::mbb::MbbFit;
+use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
-use dust3d_kernels::units::NU0_GHZ;
 use dust3d_kernels::simd::Level;
+use dust3d_kernels::units::NU0_GHZ;
 use std::ops::Range;
 
 /// Least temperature of a layer, kelvin.
@@ -61,7 +61,10 @@ impl TotalFit {
     /// # Errors
     /// If a frequency or an uncertainty is out of range.
     pub fn new(config: &Fit) -> Result<Self, Error> {
-        let nodes = config.nu_ghz.iter().map(|&nu| MbbNode::new(nu, NU0_GHZ, 1.0));
+        let nodes = config
+            .nu_ghz
+            .iter()
+            .map(|&nu| MbbNode::new(nu, NU0_GHZ, 1.0));
         Ok(Self {
             nodes: nodes.collect::<Result<_, _>>()?,
             fit: MbbFit::new(&config.nu_ghz, &config.sigma)?,
@@ -129,8 +132,13 @@ impl Sky<'_> {
             fit,
             |layer, t, beta| {
                 let intensity = self.intensity.get(layer)?;
-                let averages = (factors.avg * self.averages.t[layer], self.averages.beta[layer]);
-                let fluctuations = self.t[layer][range.clone()].iter().zip(&self.beta[layer][range.clone()]);
+                let averages = (
+                    factors.avg * self.averages.t[layer],
+                    self.averages.beta[layer],
+                );
+                let fluctuations = self.t[layer][range.clone()]
+                    .iter()
+                    .zip(&self.beta[layer][range.clone()]);
                 for ((t, beta), (dt, db)) in t.iter_mut().zip(beta).zip(fluctuations) {
                     *t = law(averages.0, factors.t, *dt, T_FLOOR);
                     *beta = law(averages.1, factors.beta, *db, BETA_FLOOR);
@@ -172,12 +180,12 @@ fn fit_total<'a>(
         let Some(intensity) = layer(i, t, beta) else {
             break;
         };
-        let mut out: Vec<[&mut [f64]; 1]> = total.iter_mut().map(|m| [m.as_mut_slice()]).collect();
+        let mut out: Vec<&mut [f64]> = total.iter_mut().map(Vec::as_mut_slice).collect();
         mbb_add_stokes(level, &bands, [intensity], t, beta, &mut out)?;
     }
     let maps: Vec<&[f64]> = total.iter().map(Vec::as_slice).collect();
     let mut tau = vec![0.0; n];
-    fit.fit.fit_into(level, &maps, &mut tau, t, beta, None)?;
+    fit_into(level, &fit.fit, &maps, &mut tau, t, beta, None)?;
     Ok(())
 }
 
@@ -240,7 +248,11 @@ pub fn mean_std(map: &[f64]) -> (f64, f64) {
     });
     let mean = sum / n;
     let [square] = parallel::sums(map.len(), |r| {
-        [map[r].iter().filter(valid).map(|x| (x - mean).powi(2)).sum()]
+        [map[r]
+            .iter()
+            .filter(valid)
+            .map(|x| (x - mean).powi(2))
+            .sum()]
     });
     (mean, (square / n).sqrt())
 }

@@ -122,7 +122,11 @@ impl Layer<'_> {
             return Ok(self.observed.to_vec());
         }
         let mut map = parallel::map(self.observed.len(), |range, out| {
-            for ((out, i), g) in out.iter_mut().zip(&self.observed[range.clone()]).zip(&self.g[range]) {
+            for ((out, i), g) in out
+                .iter_mut()
+                .zip(&self.observed[range.clone()])
+                .zip(&self.g[range])
+            {
                 *out = i * (kappa * g - 0.5 * kappa * kappa).exp();
             }
         });
@@ -179,7 +183,11 @@ impl<'a> PowerMatch<'a> {
             .map(|l| self.spectrum[l])
             .filter(|&c| c > 0.0)
             .fold((0.0, 0.0), |(s, n), c| (s + c.ln(), n + 1.0));
-        Ok(if count > 0.0 { sum / count - self.wanted } else { 0.0 })
+        Ok(if count > 0.0 {
+            sum / count - self.wanted
+        } else {
+            0.0
+        })
     }
 }
 
@@ -204,7 +212,9 @@ fn unit_variance(map: &[f64]) -> Vec<f64> {
     let n = map.len() as f64;
     let [sum] = parallel::sums(map.len(), |r| [map[r].iter().sum()]);
     let mean = sum / n;
-    let [square] = parallel::sums(map.len(), |r| [map[r].iter().map(|x| (x - mean).powi(2)).sum()]);
+    let [square] = parallel::sums(map.len(), |r| {
+        [map[r].iter().map(|x| (x - mean).powi(2)).sum()]
+    });
     let sigma = (square / n).sqrt();
     if sigma > 0.0 {
         map.iter().map(|x| x / sigma).collect()

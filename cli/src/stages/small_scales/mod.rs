@@ -150,13 +150,8 @@ pub fn add_small_scales(
     scale_by_l(&mut seeds.t, &window)?;
     let mut g = vec![0.0; maps.i.len()];
     plan.synthesis(&seeds.t, &mut g)?;
-    let (i, kappa, kappa_status) = intensity::add(
-        plan,
-        &maps.i,
-        &g,
-        &tt,
-        config.restore_fwhm_deg.to_radians(),
-    )?;
+    let (i, kappa, kappa_status) =
+        intensity::add(plan, &maps.i, &g, &tt, config.restore_fwhm_deg.to_radians())?;
     drop(g);
 
     let beams = &config.polarisation_beam_deg;

@@ -3,12 +3,14 @@
 //!
 //! | module | what lives there |
 //! | --- | --- |
+//! | [`command`] | the command line |
 //! | [`config`] | every key of a configuration, its default and range |
 //! | [`io`] | maps, observations, run directories, manifests |
 //! | [`plot`] | pictures of maps |
 //! | [`progress`] | who listens to a run |
 //! | [`error`] | the one error type |
 
+pub mod command;
 pub mod config;
 pub mod error;
 pub mod io;

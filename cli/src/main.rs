@@ -1,2 +1,7 @@
-//! The `dust3d` command.
-fn main() {}
+//! The `dust3d` command; everything is in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    dust3d::command::main(std::env::args_os())
+}

@@ -4,10 +4,10 @@
 
 use super::manifest::InputRecord;
 use super::map_file::{MapFile, MapSource};
-use super::missing::is_missing;
 use super::raw::encode_raw;
 use crate::config::{Config, Dtype, Monotone};
 use crate::error::{Error, Result};
+use crate::kernels::healpix::missing::is_missing;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -22,7 +22,7 @@ pub struct InputMap {
     pub unit: String,
     /// Resolution, a power of two.
     pub nside: u32,
-    /// 12 Nside² values in RING order, finite or [`MISSING`](super::MISSING).
+    /// 12 Nside² values in RING order, finite or [`MISSING`](crate::kernels::healpix::missing::MISSING).
     pub values: Vec<f64>,
     /// BLAKE3 hash of the file, or of the values as `.f64` if there is none.
     pub blake3: String,

@@ -1,5 +1,6 @@
 //! A map in a file, whatever its format.
 
+use super::manifest::{FileRecord, Manifest};
 use super::raw;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
@@ -24,7 +25,7 @@ pub enum MapSource {
 pub struct MapFile {
     /// Resolution, a power of two.
     pub nside: u32,
-    /// 12 Nside² values in RING order, finite or [`MISSING`](super::MISSING).
+    /// 12 Nside² values in RING order, finite or [`MISSING`](crate::kernels::healpix::missing::MISSING).
     pub values: Vec<f64>,
     /// Element type in the file.
     pub dtype: Dtype,
@@ -59,6 +60,18 @@ impl MapSource {
         match self {
             Self::Raw { path, .. } => path,
         }
+    }
+
+    /// What the manifest of the run to which the file belongs says of it, if it belongs to one.
+    #[must_use]
+    pub fn record(&self) -> Option<FileRecord> {
+        let path = std::fs::canonicalize(self.path()).ok()?;
+        path.ancestors().skip(1).take(2).find_map(|dir| {
+            let files = Manifest::read(dir).ok()?.files;
+            files
+                .into_iter()
+                .find(|record| dir.join(&record.path) == path)
+        })
     }
 
     /// Reads and checks the file: length, Nside, every value finite or missing.

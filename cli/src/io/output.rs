@@ -75,7 +75,7 @@ impl RunDir {
     }
 
     /// Writes the map `stem` (such as `intensity/I_1`), RING order, with the extension of its type; NaN becomes
-    /// [`MISSING`](super::MISSING).
+    /// [`MISSING`](crate::kernels::healpix::missing::MISSING).
     ///
     /// # Errors
     /// The file cannot be written.

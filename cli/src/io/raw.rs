@@ -1,8 +1,8 @@
 //! Raw maps: headerless little-endian arrays in RING order, their type in the extension, Nside from the length.
 
-use super::missing::{MISSING, is_missing};
 use crate::config::Dtype;
 use crate::error::{Error, Result};
+use crate::kernels::healpix::missing::{MISSING, is_missing};
 use std::io::Read;
 use std::path::Path;
 

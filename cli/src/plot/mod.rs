@@ -7,14 +7,14 @@
 mod axis;
 mod canvas;
 mod colours;
-mod overview;
+pub mod overview;
 mod projection;
 mod scale;
 mod sky;
 mod text;
 
 pub use colours::Colours;
-pub use overview::{Overview, Panel};
+pub use overview::Overview;
 pub use projection::View;
 pub use scale::Scale;
 pub use sky::MapPlot;

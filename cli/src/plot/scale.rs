@@ -1,6 +1,6 @@
 //! From values to positions on the colour bar.
 
-use crate::io::is_missing;
+use crate::kernels::healpix::missing::is_missing;
 
 /// How values are spread over the colours.
 #[derive(Debug, Clone, Copy, PartialEq)]

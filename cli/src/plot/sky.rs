@@ -7,7 +7,7 @@ use super::projection::{LonLat, View};
 use super::scale::{Scale, round_step};
 use super::text::Anchor;
 use crate::error::{Error, Result};
-use crate::io::is_missing;
+use crate::kernels::healpix::missing::is_missing;
 use crate::kernels::healpix::{Nside, ring};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};

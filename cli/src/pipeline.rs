@@ -2,11 +2,11 @@
 
 use crate::Error;
 use crate::config::{Config, Dtype, Keep};
-use crate::io::{
-    FitStatistics, Inputs, LawsRecord, LayerAverages as LayerAveragesRecord, Manifest, RunDir,
-    SmallScaleRecord,
+use crate::io::manifest::{
+    FitStatistics, LawsRecord, LayerAverages as LayerAveragesRecord, SmallScaleRecord,
 };
-use crate::plot::{Overview, Panel};
+use crate::io::{Inputs, Manifest, RunDir};
+use crate::plot::overview::{self, Overview};
 use crate::progress::{Progress, Stopwatch};
 use crate::sht::ShtPlan;
 use crate::stages::builtin_sky::{self, distance_kpc};
@@ -554,28 +554,14 @@ impl Run<'_> {
             fit,
             self.level,
         )?;
-        let panel = |values| Panel {
+        let png = overview::render(&Overview {
             nside: self.config.nside,
-            values,
-        };
-        let source = if self.config.inputs.is_built_in() {
-            "built-in sky (synthetic)"
-        } else {
-            "given observations"
-        };
-        let png = Overview {
-            i: panel(&sum.i),
-            q: panel(&sum.q),
-            u: panel(&sum.u),
-            t: panel(&fit_t),
-            beta: panel(&fit_beta),
-            title: "Polarised dust at 353 GHz: sum of the layers".to_owned(),
-            subtitle: format!(
-                "{source}, Nside {}, seed {}",
-                self.config.nside, self.config.seed
-            ),
-        }
-        .png()?;
+            i: &sum.i,
+            q: &sum.q,
+            u: &sum.u,
+            t: &fit_t,
+            beta: &fit_beta,
+        })?;
         self.out
             .file("overview.png", "I, Q, U, T and beta of the total", &png)
     }

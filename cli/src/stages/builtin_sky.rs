@@ -15,7 +15,8 @@
 use super::emission::{self, Law, Layer};
 use super::{field, regrid};
 use crate::Error;
-use crate::io::{InputMap, Inputs, modulus_label};
+use crate::io::inputs::modulus_label;
+use crate::io::{InputMap, Inputs};
 use crate::parallel;
 use crate::random::white_alm;
 use crate::sht::ShtPlan;

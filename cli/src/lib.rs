@@ -6,12 +6,14 @@
 //! | [`config`] | every key of a configuration, its default and range |
 //! | [`io`] | maps, observations, run directories, manifests |
 //! | [`progress`] | who listens to a run |
+//! | [`sht`] | spherical harmonic transforms |
 //! | [`error`] | the one error type |
 
 pub mod config;
 pub mod error;
 pub mod io;
 pub mod progress;
+pub mod sht;
 
 pub use config::Config;
 pub use dust3d_kernels as kernels;

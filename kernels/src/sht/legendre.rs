@@ -50,12 +50,7 @@ fn begin<L: Lanes, const V: usize>(
     let y = core::array::from_fn(|v| L::load(token, &rings[v].y));
     let start = core::array::from_fn(|v| {
         let r = &rings[v];
-        power::<L>(
-            token,
-            norm,
-            (m as f64, &r.log_sin),
-            (0.0, &r.log_sin),
-        )
+        power::<L>(token, norm, (m as f64, &r.log_sin), (0.0, &r.log_sin))
     });
     (y, start)
 }
@@ -305,11 +300,23 @@ pub fn synthesis(
             let coefficients = coefficients.as_chunks::<$channels>().0;
             if level.name() == "avx512" {
                 $crate::dispatch!(level, |token: L| synthesis_body::<L, $wide, $channels>(
-                    token, rings, m, norm, steps, coefficients, out
+                    token,
+                    rings,
+                    m,
+                    norm,
+                    steps,
+                    coefficients,
+                    out
                 ));
             } else {
                 $crate::dispatch!(level, |token: L| synthesis_body::<L, $narrow, $channels>(
-                    token, rings, m, norm, steps, coefficients, out
+                    token,
+                    rings,
+                    m,
+                    norm,
+                    steps,
+                    coefficients,
+                    out
                 ));
             }
         }};
@@ -503,20 +510,32 @@ pub fn adjoint(
         return Ok(());
     }
     let steps = steps.get(..count).unwrap_or(&[]);
-    let scratch = scratch
-        .get_mut(..coefficients.len())
-        .unwrap_or(&mut []);
+    let scratch = scratch.get_mut(..coefficients.len()).unwrap_or(&mut []);
     macro_rules! enter {
         ($channels:literal, $wide:literal, $narrow:literal) => {{
             let sums = scratch.as_chunks_mut::<$channels>().0;
             let coefficients = coefficients.as_chunks_mut::<$channels>().0;
             if level.name() == "avx512" {
                 $crate::dispatch!(level, |token: L| adjoint_body::<L, $wide, $channels>(
-                    token, rings, m, norm, steps, phases, sums, coefficients
+                    token,
+                    rings,
+                    m,
+                    norm,
+                    steps,
+                    phases,
+                    sums,
+                    coefficients
                 ));
             } else {
                 $crate::dispatch!(level, |token: L| adjoint_body::<L, $narrow, $channels>(
-                    token, rings, m, norm, steps, phases, sums, coefficients
+                    token,
+                    rings,
+                    m,
+                    norm,
+                    steps,
+                    phases,
+                    sums,
+                    coefficients
                 ));
             }
         }};

@@ -35,14 +35,13 @@ mod wigner;
 
 pub use legendre::{Coefficient, PhaseBlock, Sums, adjoint, synthesis};
 pub use mixing::{
-    SpinFactors, scalar_coefficients, scalar_from_sums, spin2_coefficients, spin2_from_sums,
-    spin_factor_table,
+    SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
+    spin2_from_sums,
 };
-pub use recurrence::{
-    Step, epsilon_len, epsilon_table, start_norms, step_count, step_table,
-};
+pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
 pub use ring_spectrum::{
-    PhaseTable, RingShapes, phase_table, phase_table_len, phases_from_spectrum, spectrum_from_phases,
+    PhaseTable, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
+    spectrum_from_phases,
 };
 pub use rings::{RingBlock, healpix_ring, ring_block_count, ring_blocks};
 pub use wigner::{

@@ -90,12 +90,7 @@ pub fn phase_table(shapes: &RingShapes, out: &mut [PhaseTable]) {
 
 /// e^{imφ₀} times `scale`.
 #[inline(always)]
-fn phase<L: Lanes>(
-    token: L::Token,
-    m: usize,
-    table: &[PhaseTable],
-    scale: L,
-) -> Option<(L, L)> {
+fn phase<L: Lanes>(token: L::Token, m: usize, table: &[PhaseTable], scale: L) -> Option<(L, L)> {
     let fine = table.get(m % FINE)?;
     let coarse = table.get(FINE + m / FINE)?;
     let load = |x: &[f64; 8]| L::load(token, x);

@@ -113,9 +113,10 @@ impl RingBlock {
             ] {
                 (to[0][lane], to[1][lane]) = in_two(x);
             }
-            block.m_limit = block
-                .m_limit
-                .max(m_limit(lmax, scalar::sqrt(sin2.value()), cos.value()));
+            block.m_limit =
+                block
+                    .m_limit
+                    .max(m_limit(lmax, scalar::sqrt(sin2.value()), cos.value()));
             block.sin2_min = block.sin2_min.min(sin2.value());
         }
         block

@@ -68,9 +68,7 @@ pub(super) fn power<L: Lanes>(
     let fraction = exp2_fraction::<L>(token, (log - k) + rest) * L::splat(token, norm);
     let least = L::splat(token, LEAST);
     let scale = L::splat(token, SCALE);
-    let s = ((k - least) / scale)
-        .floor()
-        .min(L::splat(token, 0.0));
+    let s = ((k - least) / scale).floor().min(L::splat(token, 0.0));
     Scaled {
         q: fraction * (k - s * scale).exp2_int(),
         s,

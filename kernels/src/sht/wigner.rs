@@ -158,8 +158,18 @@ impl<L: Lanes, const V: usize> State<L, V> {
         let start: [[Scaled<L>; 2]; V] = core::array::from_fn(|v| {
             let r = &rings[v];
             [
-                power::<L>(token, norms[0], (outer, &r.log_sin), (inner, &r.log_sin_half)),
-                power::<L>(token, norms[1], (outer, &r.log_sin), (inner, &r.log_cos_half)),
+                power::<L>(
+                    token,
+                    norms[0],
+                    (outer, &r.log_sin),
+                    (inner, &r.log_sin_half),
+                ),
+                power::<L>(
+                    token,
+                    norms[1],
+                    (outer, &r.log_sin),
+                    (inner, &r.log_cos_half),
+                ),
             ]
         });
         Self {
@@ -176,10 +186,7 @@ impl<L: Lanes, const V: usize> State<L, V> {
         let minus = L::splat(token, step[1]);
         let plus = L::splat(token, step[2]);
         for v in 0..V {
-            let t = [
-                self.y[v].mul_add(a, plus),
-                self.y[v].mul_add(a, minus),
-            ];
+            let t = [self.y[v].mul_add(a, plus), self.y[v].mul_add(a, minus)];
             for i in 0..2 {
                 let next = t[i].mul_sub(self.q[v][i], self.before[v][i]);
                 self.before[v][i] = self.q[v][i];
@@ -386,11 +393,25 @@ pub fn wigner_synthesis(
     Error::check_len("phases of U", rings.len(), u.len())?;
     if level.name() == "avx512" {
         crate::dispatch!(level, |token: L| synthesis_body::<L, 2>(
-            token, rings, m, norms, steps, coefficients, q, u
+            token,
+            rings,
+            m,
+            norms,
+            steps,
+            coefficients,
+            q,
+            u
         ));
     } else {
         crate::dispatch!(level, |token: L| synthesis_body::<L, 1>(
-            token, rings, m, norms, steps, coefficients, q, u
+            token,
+            rings,
+            m,
+            norms,
+            steps,
+            coefficients,
+            q,
+            u
         ));
     }
     Ok(())
@@ -545,11 +566,27 @@ pub fn wigner_adjoint(
     let sums = scratch.get_mut(..steps.len()).unwrap_or(&mut []);
     if level.name() == "avx512" {
         crate::dispatch!(level, |token: L| adjoint_body::<L, 2>(
-            token, rings, m, norms, steps, q, u, sums, coefficients
+            token,
+            rings,
+            m,
+            norms,
+            steps,
+            q,
+            u,
+            sums,
+            coefficients
         ));
     } else {
         crate::dispatch!(level, |token: L| adjoint_body::<L, 1>(
-            token, rings, m, norms, steps, q, u, sums, coefficients
+            token,
+            rings,
+            m,
+            norms,
+            steps,
+            q,
+            u,
+            sums,
+            coefficients
         ));
     }
     Ok(())

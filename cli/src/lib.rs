@@ -14,8 +14,13 @@ pub mod command;
 pub mod config;
 pub mod error;
 pub mod io;
+pub mod parallel;
+pub mod pipeline;
 pub mod plot;
 pub mod progress;
+pub mod random;
+pub mod sht;
+pub mod stages;
 
 pub use config::Config;
 pub use dust3d_kernels as kernels;

@@ -16,8 +16,13 @@ pub fn ranges(npix: usize) -> impl Iterator<Item = Range<usize>> {
 
 /// For each range of [`ranges`], the slices of all maps over it.
 pub fn columns<'a>(maps: &'a mut [Vec<f64>]) -> Vec<Vec<&'a mut [f64]>> {
-    let count = maps.iter().map(|m| m.len().div_ceil(CHUNK)).max().unwrap_or(0);
-    let mut columns: Vec<Vec<&'a mut [f64]>> = (0..count).map(|_| Vec::with_capacity(maps.len())).collect();
+    let count = maps
+        .iter()
+        .map(|m| m.len().div_ceil(CHUNK))
+        .max()
+        .unwrap_or(0);
+    let mut columns: Vec<Vec<&'a mut [f64]>> =
+        (0..count).map(|_| Vec::with_capacity(maps.len())).collect();
     for map in maps {
         for (column, piece) in columns.iter_mut().zip(map.chunks_mut(CHUNK)) {
             column.push(piece);
@@ -42,16 +47,25 @@ pub fn for_columns<R: Send>(
 /// Fills a new map of `npix` pixels chunk by chunk.
 pub fn map(npix: usize, work: impl Fn(Range<usize>, &mut [f64]) + Sync) -> Vec<f64> {
     let mut out = vec![0.0; npix];
-    out.par_chunks_mut(CHUNK).enumerate().for_each(|(k, piece)| {
-        let start = k * CHUNK;
-        work(start..start + piece.len(), piece);
-    });
+    out.par_chunks_mut(CHUNK)
+        .enumerate()
+        .for_each(|(k, piece)| {
+            let start = k * CHUNK;
+            work(start..start + piece.len(), piece);
+        });
     out
 }
 
 /// Sums of N quantities over the pixels: `work` gives those of one range.
-pub fn sums<const N: usize>(npix: usize, work: impl Fn(Range<usize>) -> [f64; N] + Sync) -> [f64; N] {
-    let partial: Vec<[f64; N]> = ranges(npix).collect::<Vec<_>>().into_par_iter().map(work).collect();
+pub fn sums<const N: usize>(
+    npix: usize,
+    work: impl Fn(Range<usize>) -> [f64; N] + Sync + Send,
+) -> [f64; N] {
+    let partial: Vec<[f64; N]> = ranges(npix)
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(work)
+        .collect();
     partial.into_iter().fold([0.0; N], |mut sum, part| {
         for (s, p) in sum.iter_mut().zip(part) {
             *s += p;

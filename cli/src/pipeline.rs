@@ -2,28 +2,25 @@
 
 use crate::Error;
 use crate::config::{Config, Dtype, Keep};
-use crate::io::inputs::Inputs;
 use crate::io::manifest::{
-    FitStatistics, LawsRecord, LayerAverages as LayerAveragesRecord, Manifest,
-    SmallScaleRecord,
+    FitStatistics, LawsRecord, LayerAverages as LayerAveragesRecord, SmallScaleRecord,
 };
-use crate::io::output::RunDir;
+use crate::io::{Inputs, Manifest, RunDir};
 use crate::plot::overview::{self, Overview};
 use crate::progress::{Progress, Stopwatch};
 use crate::sht::ShtPlan;
 use crate::stages::builtin_sky::{self, distance_kpc};
 use crate::stages::emission::{self, Law, Layer, Model};
 use crate::stages::intensity::LayerAverages;
-use crate::stages::laws::sky::{BETA_FLOOR, T_FLOOR, mean_std};
+use crate::stages::laws::sky::{BETA_FLOOR, T_FLOOR, TotalFit, mean_std};
 use crate::stages::laws::{
     self, Calibration, CalibrationStatus, Factors, LawStats, ObservedLaws, Sky,
 };
 use crate::stages::observations::{self, Observations};
 use crate::stages::small_scales::{self, KappaStatus, LayerReport, StokesMaps};
 use crate::stages::{field, fractions, intensity, pitch, polarisation};
-use dust3d_kernels::fit::mbb::MbbFit;
-use dust3d_kernels::healpix::{Nside, is_missing};
-use dust3d_kernels::planck::mbb::MbbScaling;
+use dust3d_kernels::healpix::Nside;
+use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::simd::Level;
 use std::fmt::Write as _;
 
@@ -83,15 +80,35 @@ impl Run<'_> {
     }
 
     /// Writes a map of the working grid.
-    fn write(&self, stem: &str, quantity: &str, unit: &str, map: &[f64], dtype: Dtype) -> Result<(), Error> {
-        self.out.map(stem, quantity, unit, self.config.nside, map, dtype)
+    fn write(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        map: &[f64],
+        dtype: Dtype,
+    ) -> Result<(), Error> {
+        self.out
+            .map(stem, quantity, unit, self.config.nside, map, dtype)
     }
 
     /// Writes one intermediate map per layer, `stem`_1 … N, if intermediates are kept.
-    fn write_layers(&self, stem: &str, quantity: &str, unit: &str, maps: &[Vec<f64>]) -> Result<(), Error> {
+    fn write_layers(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        maps: &[Vec<f64>],
+    ) -> Result<(), Error> {
         if self.keeps_all() {
             for (i, map) in maps.iter().enumerate() {
-                self.write(&format!("{stem}_{}", i + 1), quantity, unit, map, Dtype::F64)?;
+                self.write(
+                    &format!("{stem}_{}", i + 1),
+                    quantity,
+                    unit,
+                    map,
+                    Dtype::F64,
+                )?;
             }
         }
         Ok(())
@@ -123,7 +140,13 @@ impl Run<'_> {
             maps.push((name, "observation, for validation", "MJy/sr", map));
         }
         for (name, quantity, unit, map) in maps {
-            self.write(&format!("observations/{name}"), quantity, unit, map, Dtype::F64)?;
+            self.write(
+                &format!("observations/{name}"),
+                quantity,
+                unit,
+                map,
+                Dtype::F64,
+            )?;
         }
         if self.keeps_all() {
             for (_, map) in &inputs.cube {
@@ -171,9 +194,15 @@ impl Run<'_> {
             cube.nside,
             self.nside,
             config.layers.fill_radius_deg.to_radians(),
+            self.level,
         )?;
         manifest.counts.missing_cube_pixels = fractions.missing_cube_pixels;
-        self.write_layers("fractions/f", "fraction of the dust in the layer", "", &fractions.maps)?;
+        self.write_layers(
+            "fractions/f",
+            "fraction of the dust in the layer",
+            "",
+            &fractions.maps,
+        )?;
 
         self.progress.stage("intensity layers", 1);
         let averages = intensity::layer_averages(&fractions.maps, &observed.t, &observed.beta);
@@ -182,12 +211,22 @@ impl Run<'_> {
             beta: averages.beta.clone(),
         });
         let (intensities, negative) =
-            intensity::intensity(&fractions.maps, &observed.i, &observed.tau, &averages)?;
+            intensity::intensity(&fractions.maps, &observed.i, &observed.tau, &averages);
         drop(fractions);
         manifest.counts.negative_intensity = negative;
-        self.write_layers("intensity/I", "intensity of the layer at 353 GHz", "MJy/sr", &intensities)?;
+        self.write_layers(
+            "intensity/I",
+            "intensity of the layer at 353 GHz",
+            "MJy/sr",
+            &intensities,
+        )?;
 
-        let distances: Vec<f64> = config.layers.edges.iter().map(|&mu| distance_kpc(mu)).collect();
+        let distances: Vec<f64> = config
+            .layers
+            .edges
+            .iter()
+            .map(|&mu| distance_kpc(mu))
+            .collect();
         let pitch = match config.field.pitch_deg {
             Some(deg) => deg.to_radians(),
             None => self.pitch(&distances, observed, &intensities)?,
@@ -203,8 +242,18 @@ impl Run<'_> {
         self.progress.stage("polarisation layers", 1);
         let mut q = polarisation::predicted(q, &intensities);
         let mut u = polarisation::predicted(u, &intensities);
-        self.write_layers("predicted/Q", "Stokes Q predicted by the field", "MJy/sr", &q)?;
-        self.write_layers("predicted/U", "Stokes U predicted by the field", "MJy/sr", &u)?;
+        self.write_layers(
+            "predicted/Q",
+            "Stokes Q predicted by the field",
+            "MJy/sr",
+            &q,
+        )?;
+        self.write_layers(
+            "predicted/U",
+            "Stokes U predicted by the field",
+            "MJy/sr",
+            &u,
+        )?;
         let counts = polarisation::renormalise(
             &mut q,
             &mut u,
@@ -214,8 +263,18 @@ impl Run<'_> {
         )?;
         manifest.counts.capped_pixels = counts.capped;
         manifest.counts.infeasible_pixels = counts.infeasible;
-        self.write_layers("renormalised/Q", "Stokes Q, adding up to the observed", "MJy/sr", &q)?;
-        self.write_layers("renormalised/U", "Stokes U, adding up to the observed", "MJy/sr", &u)?;
+        self.write_layers(
+            "renormalised/Q",
+            "Stokes Q, adding up to the observed",
+            "MJy/sr",
+            &q,
+        )?;
+        self.write_layers(
+            "renormalised/U",
+            "Stokes U, adding up to the observed",
+            "MJy/sr",
+            &u,
+        )?;
 
         let layers = intensities
             .into_iter()
@@ -250,7 +309,8 @@ impl Run<'_> {
         for (q, g) in &fit.scan {
             let _ = writeln!(csv, "{q},{g:e}");
         }
-        self.out.file("pitch.csv", "pitch-angle objective, MJy/sr", csv.as_bytes())?;
+        self.out
+            .file("pitch.csv", "pitch-angle objective, MJy/sr", csv.as_bytes())?;
         Ok(fit.pitch_rad)
     }
 
@@ -293,7 +353,13 @@ impl Run<'_> {
             let dtype = self.config.output.dtype;
             for (stokes, map) in [("I", &maps.i), ("Q", &maps.q), ("U", &maps.u)] {
                 let stem = format!("templates/{stokes}_{number}");
-                self.write(&stem, "template of the layer at 353 GHz", "MJy/sr", map, dtype)?;
+                self.write(
+                    &stem,
+                    "template of the layer at 353 GHz",
+                    "MJy/sr",
+                    map,
+                    dtype,
+                )?;
             }
             templates.push(maps);
             self.progress.advance(1);
@@ -336,16 +402,30 @@ impl Run<'_> {
         let statistics = statistics(&observed.t, &observed.beta);
         manifest.mbb_fit_observed = Some(fit_record(&statistics));
         let intensities: Vec<&[f64]> = templates.iter().map(|l| l.i.as_slice()).collect();
-        let fit = MbbFit::new(&config.fit.nu_ghz, &config.fit.sigma)?;
+        let fit = TotalFit::new(&config.fit)?;
         let calibration = self.calibrate(&intensities, &t, &beta, averages, &fit, &statistics)?;
         let factors = calibration.factors;
 
         for (i, (t, beta)) in t.iter_mut().zip(&mut beta).enumerate() {
-            manifest.counts.floored_laws += laws::apply(t, factors.avg * averages.t[i], factors.t, T_FLOOR);
-            manifest.counts.floored_laws += laws::apply(beta, averages.beta[i], factors.beta, BETA_FLOOR);
+            manifest.counts.floored_laws +=
+                laws::apply(t, factors.avg * averages.t[i], factors.t, T_FLOOR);
+            manifest.counts.floored_laws +=
+                laws::apply(beta, averages.beta[i], factors.beta, BETA_FLOOR);
             let dtype = config.output.dtype;
-            self.write(&format!("laws/T_{}", i + 1), "dust temperature of the layer", "K", t, dtype)?;
-            self.write(&format!("laws/beta_{}", i + 1), "spectral index of the layer", "", beta, dtype)?;
+            self.write(
+                &format!("laws/T_{}", i + 1),
+                "dust temperature of the layer",
+                "K",
+                t,
+                dtype,
+            )?;
+            self.write(
+                &format!("laws/beta_{}", i + 1),
+                "spectral index of the layer",
+                "",
+                beta,
+                dtype,
+            )?;
         }
         manifest.laws = Some(laws_record(&calibration, &t, &beta));
         manifest.mbb_fit_total = Some(fit_record(&calibration.fit.laws));
@@ -362,7 +442,7 @@ impl Run<'_> {
         t: &[Vec<f64>],
         beta: &[Vec<f64>],
         averages: &LayerAverages,
-        fit: &MbbFit,
+        fit: &TotalFit,
         statistics: &LawStats,
     ) -> Result<Calibration, Error> {
         let config = &self.config.laws;
@@ -415,53 +495,44 @@ impl Run<'_> {
         observed: &Observations,
     ) -> Result<(), Error> {
         let frequencies = &self.config.frequencies;
+        if frequencies.is_empty() {
+            return Ok(());
+        }
         self.progress
             .stage("emission", (Model::ALL.len() * frequencies.len()) as u64);
+        let maps = layers_with(templates, |i| Law::Maps {
+            t: &t[i],
+            beta: &beta[i],
+        });
+        self.emit(Model::ThreeD, &maps)?;
+        let uniform = layers_with(templates, |i| Law::Uniform {
+            t: factors.avg * averages.t[i],
+            beta: averages.beta[i],
+        });
+        self.emit(Model::Uniform, &uniform)?;
+        let sum = total(templates);
+        let (t, beta) = (fill_with_mean(&observed.t), fill_with_mean(&observed.beta));
+        self.emit(
+            Model::TwoD,
+            &[layer(&sum, Law::Maps { t: &t, beta: &beta })],
+        )
+    }
+
+    /// Maps of one model; one frequency at a time, as those of all would not fit beside the layers on a large grid.
+    fn emit(&self, model: Model, layers: &[Layer<'_>]) -> Result<(), Error> {
         let npix = self.nside.npix() as usize;
-        let sum;
-        let (filled_t, filled_beta);
-        for model in Model::ALL {
-            let layers: Vec<Layer<'_>> = match model {
-                Model::ThreeD => (0..templates.len())
-                    .map(|i| layer(&templates[i], Law::Maps { t: &t[i], beta: &beta[i] }))
-                    .collect(),
-                Model::Uniform => (0..templates.len())
-                    .map(|i| {
-                        let law = Law::Uniform {
-                            t: factors.avg * averages.t[i],
-                            beta: averages.beta[i],
-                        };
-                        layer(&templates[i], law)
-                    })
-                    .collect(),
-                Model::TwoD => {
-                    sum = total(templates);
-                    filled_t = fill_with_mean(&observed.t);
-                    filled_beta = fill_with_mean(&observed.beta);
-                    let law = Law::Maps {
-                        t: &filled_t,
-                        beta: &filled_beta,
-                    };
-                    vec![layer(&sum, law)]
-                }
-            };
-            // One frequency at a time: the maps of all would not fit beside the layers on a large grid.
-            for &nu in frequencies {
-                let bands = MbbScaling::new(&[nu])?;
-                let mut out = [std::array::from_fn(|_| vec![0.0; npix])];
-                for layer in &layers {
-                    emission::add_layer(self.level, &bands, layer, &mut out)?;
-                }
-                for (stokes, map) in ["I", "Q", "U"].into_iter().zip(&out[0]) {
-                    let stem = format!("emission/{}_{nu}GHz_{stokes}", model.name());
-                    let quantity = format!("{stokes} at {nu} GHz, model {}", model.name());
-                    self.write(&stem, &quantity, "MJy/sr", map, self.config.output.dtype)?;
-                }
-                self.progress.advance(1);
+        for &nu in &self.config.frequencies {
+            let bands = [emission::monochromatic(nu)?];
+            let mut out = [std::array::from_fn(|_| vec![0.0; npix])];
+            for layer in layers {
+                emission::add_layer(self.level, &bands, layer, &mut out)?;
             }
-            if frequencies.is_empty() {
-                break;
+            for (stokes, map) in ["I", "Q", "U"].into_iter().zip(&out[0]) {
+                let stem = format!("emission/{}_{nu}GHz_{stokes}", model.name());
+                let quantity = format!("{stokes} at {nu} GHz, model {}", model.name());
+                self.write(&stem, &quantity, "MJy/sr", map, self.config.output.dtype)?;
             }
+            self.progress.advance(1);
         }
         Ok(())
     }
@@ -472,7 +543,7 @@ impl Run<'_> {
         templates: &[StokesMaps],
         t: &[Vec<f64>],
         beta: &[Vec<f64>],
-        fit: &MbbFit,
+        fit: &TotalFit,
     ) -> Result<(), Error> {
         self.progress.stage("overview", 1);
         let sum = total(templates);
@@ -491,7 +562,8 @@ impl Run<'_> {
             t: &fit_t,
             beta: &fit_beta,
         })?;
-        self.out.file("overview.png", "I, Q, U, T and beta of the total", &png)
+        self.out
+            .file("overview.png", "I, Q, U, T and beta of the total", &png)
     }
 }
 
@@ -506,6 +578,12 @@ fn layer<'a>(maps: &'a StokesMaps, law: Law<'a>) -> Layer<'a> {
         stokes: [&maps.i, &maps.q, &maps.u],
         law,
     }
+}
+
+/// The templates, each with its law.
+fn layers_with<'a>(templates: &'a [StokesMaps], law: impl Fn(usize) -> Law<'a>) -> Vec<Layer<'a>> {
+    let layers = templates.iter().enumerate();
+    layers.map(|(i, maps)| layer(maps, law(i))).collect()
 }
 
 /// Sum over the layers.
@@ -591,9 +669,7 @@ fn record(report: &LayerReport) -> SmallScaleRecord {
 }
 
 fn spectra_csv(report: &LayerReport) -> String {
-    let mut csv = String::from(
-        "l,TT_observed,EE_observed,BB_observed,TE_observed,TT,EE,BB,TE\n",
-    );
+    let mut csv = String::from("l,TT_observed,EE_observed,BB_observed,TE_observed,TT,EE,BB,TE\n");
     for l in 0..report.before.tt.len() {
         let _ = write!(csv, "{l}");
         for spectra in [&report.before, &report.after] {
@@ -613,4 +689,3 @@ fn peak_memory_bytes() -> Option<u64> {
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024)
 }
-

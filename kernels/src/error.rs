@@ -63,6 +63,19 @@ impl Error {
         }
     }
 
+    /// Checks that a number lies in its domain, `holds` being the test.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless `holds`.
+    #[inline]
+    pub const fn check_domain(what: &'static str, value: f64, holds: bool) -> Result<(), Self> {
+        if holds {
+            Ok(())
+        } else {
+            Err(Self::Domain { what, value })
+        }
+    }
+
     #[cold]
     #[inline(never)]
     const fn length(what: &'static str, expected: usize, got: usize) -> Self {

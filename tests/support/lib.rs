@@ -4,4 +4,5 @@ pub mod cap;
 pub mod healpix;
 pub mod mbb_fit;
 pub mod reference;
+pub mod sightline;
 pub mod tolerance;

@@ -15,18 +15,20 @@
 use super::emission::{self, Law, Layer};
 use super::{field, regrid};
 use crate::Error;
-use crate::io::inputs::{InputMap, Inputs, modulus_label};
+use crate::io::inputs::modulus_label;
+use crate::io::{InputMap, Inputs};
 use crate::parallel;
-use crate::random::{Stage, unit_alm};
+use crate::random::white_alm;
 use crate::sht::ShtPlan;
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
-use dust3d_kernels::healpix::{MISSING, Nside, ring};
-use dust3d_kernels::planck::mbb::MbbScaling;
-use dust3d_kernels::planck::planck_mjysr;
+use dust3d_kernels::healpix::missing::MISSING;
+use dust3d_kernels::healpix::{Nside, ring};
+use dust3d_kernels::planck::spectrum::planck_scalar;
+use dust3d_kernels::random::Stage;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{beam, scale_by_l};
-use dust3d_kernels::units::NU0_GHZ;
+use dust3d_kernels::units::{NU_100UM_GHZ, NU0_GHZ};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -76,7 +78,7 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
     let cube_nside = Nside::new(nside.get().min(CUBE_NSIDE))?;
     let mut cube = cumulative
         .iter()
-        .map(|map| regrid::scalar(map, nside, cube_nside))
+        .map(|map| regrid::scalar(map, nside, cube_nside, level))
         .collect::<Result<Vec<_>, _>>()?;
     let footprint = (0..cube_nside.npix())
         .map(|p| Ok(declination_deg(ring::pix2vec(cube_nside, p)?) > LEAST_DECLINATION))
@@ -92,28 +94,37 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
     for x in cube.iter_mut().flatten().filter(|x| **x != MISSING) {
         *x *= scale;
     }
-    cumulative.par_iter_mut().flatten().for_each(|x| *x *= scale);
+    cumulative
+        .par_iter_mut()
+        .flatten()
+        .for_each(|x| *x *= scale);
 
     let tau: Vec<f64> = cumulative[BINS - 1]
         .iter()
         .map(|ebv| ebv / REDDENING_PER_TAU)
         .collect();
     let (t, beta) = laws(plan, seed)?;
-    let i = tau
+    let i: Vec<f64> = tau
         .iter()
         .zip(&t)
-        .map(|(tau, &t)| Ok(tau * planck_mjysr(NU0_GHZ, t)?))
-        .collect::<Result<Vec<f64>, Error>>()?;
+        .map(|(tau, &t)| tau * planck_scalar(NU0_GHZ, t))
+        .collect();
     let (q_fraction, u_fraction) = polarisation(plan, seed, &cumulative, level)?;
     drop(cumulative);
     let (q, u) = (product(&q_fraction, &i), product(&u_fraction, &i));
 
     let mut maps = BTreeMap::new();
     let mut put = |name: &str, unit: &str, values: Vec<f64>| {
-        maps.insert(name.to_owned(), InputMap::generated(name, unit, nside.get() as u32, values));
+        maps.insert(
+            name.to_owned(),
+            InputMap::generated(name, unit, nside.get() as u32, values),
+        );
     };
     let names = ["143", "217", "545", "857", "2998"];
-    let bands = MbbScaling::new(&[143.0, 217.0, 545.0, 857.0, dust3d_kernels::units::NU_100UM_GHZ])?;
+    let bands = [143.0, 217.0, 545.0, 857.0, NU_100UM_GHZ]
+        .into_iter()
+        .map(emission::monochromatic)
+        .collect::<Result<Vec<_>, _>>()?;
     let mut others: Vec<emission::Stokes> = (0..names.len())
         .map(|_| std::array::from_fn(|_| vec![0.0; i.len()]))
         .collect();
@@ -177,7 +188,7 @@ fn shells(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Vec<Vec<f64>>, 
 
     let mut g = vec![0.0; npix];
     for (bin, shell) in shells.iter_mut().enumerate() {
-        let alm = red_alm(seed, bin, 0, plan.lmax(), -2.6, 0.0);
+        let alm = red_alm(seed, bin, 0, plan.lmax(), -2.6, 0.0)?;
         plan.synthesis(&alm, &mut g)?;
         scale_to_std(&mut g, 0.5);
         shell
@@ -204,16 +215,16 @@ fn red_alm(
     lmax: usize,
     slope: f64,
     beam_rad: f64,
-) -> Vec<Complex<f64>> {
-    let mut alm = unit_alm(seed, Stage::BuiltinSky, layer, field, lmax);
+) -> Result<Vec<Complex<f64>>, Error> {
+    let mut alm = white_alm(seed, Stage::Sky, layer, field, lmax)?;
     let amplitude: Vec<f64> = (0..=lmax)
         .map(|l| match l {
             0 | 1 => 0.0,
             _ => (l as f64).powf(0.5 * slope) * beam(beam_rad, l),
         })
         .collect();
-    scale_by_l(&mut alm, &amplitude).expect("both lengths follow from lmax");
-    alm
+    scale_by_l(&mut alm, &amplitude)?;
+    Ok(alm)
 }
 
 /// Shifts and scales a map to mean 0 and the given standard deviation.
@@ -226,8 +237,8 @@ fn scale_to_std(map: &mut [f64], std: f64) {
 /// Correlated temperature (kelvin) and spectral-index maps.
 fn laws(plan: &mut ShtPlan, seed: u64) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let lmax = plan.lmax();
-    let t_alm = red_alm(seed, BINS, 0, lmax, -2.6, 0.0);
-    let mut beta_alm = red_alm(seed, BINS, 1, lmax, -2.6, 0.0);
+    let t_alm = red_alm(seed, BINS, 0, lmax, -2.6, 0.0)?;
+    let mut beta_alm = red_alm(seed, BINS, 1, lmax, -2.6, 0.0)?;
     for (b, t) in beta_alm.iter_mut().zip(&t_alm) {
         *b = *b * 0.75_f64.sqrt() - *t * 0.5;
     }
@@ -252,14 +263,19 @@ fn polarisation(
     let lmax = plan.lmax();
     let nside = plan.nside();
     let beam_rad = 1_f64.to_radians();
-    let e = red_alm(seed, BINS + 1, 0, lmax, -2.42, beam_rad);
-    let mut b = red_alm(seed, BINS + 1, 1, lmax, -2.42, beam_rad);
-    b.iter_mut().for_each(|b| *b *= std::f64::consts::FRAC_1_SQRT_2);
+    let e = red_alm(seed, BINS + 1, 0, lmax, -2.42, beam_rad)?;
+    let mut b = red_alm(seed, BINS + 1, 1, lmax, -2.42, beam_rad)?;
+    b.iter_mut()
+        .for_each(|b| *b *= std::f64::consts::FRAC_1_SQRT_2);
     let npix = nside.npix() as usize;
     let (mut q, mut u) = (vec![0.0; npix], vec![0.0; npix]);
     plan.synthesis_spin2(&e, &b, &mut q, &mut u)?;
     let [square] = parallel::sums(npix, |r| {
-        [q[r.clone()].iter().zip(&u[r]).map(|(q, u)| q * q + u * u).sum()]
+        [q[r.clone()]
+            .iter()
+            .zip(&u[r])
+            .map(|(q, u)| q * q + u * u)
+            .sum()]
     });
     let scale = 0.05 / (square / npix as f64).sqrt();
 
@@ -273,7 +289,10 @@ fn polarisation(
     };
     let edges: Vec<f64> = FIELD_EDGES.iter().map(|&mu| distance_kpc(mu)).collect();
     let (q_field, u_field) = field::ratios(&model, &edges, nside, level)?;
-    let bins: Vec<usize> = FIELD_EDGES.iter().map(|mu| (2.0 * (mu - 4.0)) as usize).collect();
+    let bins: Vec<usize> = FIELD_EDGES
+        .iter()
+        .map(|mu| (2.0 * (mu - 4.0)) as usize)
+        .collect();
     let mut maps = [q, u];
     parallel::for_columns(&mut maps, |range, mut maps| {
         for (k, p) in range.enumerate() {

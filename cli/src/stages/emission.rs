@@ -5,8 +5,9 @@
 
 use crate::Error;
 use crate::parallel;
-use dust3d_kernels::planck::mbb::MbbScaling;
+use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_iqu, mbb_add_uniform};
 use dust3d_kernels::simd::Level;
+use dust3d_kernels::units::NU0_GHZ;
 use serde::{Deserialize, Serialize};
 
 /// Which emission laws the layers have.
@@ -69,46 +70,45 @@ pub struct Layer<'a> {
 /// I, Q, U of one band.
 pub type Stokes = [Vec<f64>; 3];
 
+/// A band of one frequency.
+///
+/// # Errors
+/// If the frequency is not positive.
+pub fn monochromatic(nu_ghz: f64) -> Result<Vec<MbbNode>, Error> {
+    Ok(vec![MbbNode::new(nu_ghz, NU0_GHZ, 1.0)?])
+}
+
 /// Adds a layer's emission in every band of `bands` to `out`, one I, Q, U per band.
 ///
 /// # Errors
 /// Those of the kernels (lengths, a temperature that is not positive).
 pub fn add_layer(
     level: Level,
-    bands: &MbbScaling,
+    bands: &[Vec<MbbNode>],
     layer: &Layer<'_>,
     out: &mut [Stokes],
 ) -> Result<(), Error> {
-    let uniform = match layer.law {
-        Law::Maps { .. } => None,
-        Law::Uniform { t, beta } => {
-            let mut factors = vec![0.0; bands.len()];
-            bands.ratios(beta, t, &mut factors)?;
-            Some(factors)
-        }
-    };
+    let bands: Vec<&[MbbNode]> = bands.iter().map(Vec::as_slice).collect();
     let mut maps: Vec<Vec<f64>> = out.iter_mut().flatten().map(std::mem::take).collect();
-    let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<(), Error> {
+    let results = parallel::for_columns(&mut maps, |range, mut out| {
         let stokes = layer.stokes.map(|s| &s[range.clone()]);
-        match (layer.law, &uniform) {
-            (Law::Maps { t, beta }, _) => {
-                bands.add_iqu(level, stokes, &beta[range.clone()], &t[range], &mut out)?;
-            }
-            (Law::Uniform { .. }, factors) => {
-                let factors = factors.iter().flatten();
-                for (out, factor) in out.chunks_mut(3).zip(factors) {
-                    for (out, stokes) in out.iter_mut().zip(stokes) {
-                        for (out, x) in out.iter_mut().zip(stokes) {
-                            *out += x * factor;
-                        }
-                    }
-                }
-            }
+        match layer.law {
+            Law::Maps { t, beta } => mbb_add_iqu(
+                level,
+                &bands,
+                stokes,
+                &t[range.clone()],
+                &beta[range],
+                &mut out,
+            ),
+            Law::Uniform { t, beta } => mbb_add_uniform(level, &bands, stokes, t, beta, &mut out),
         }
-        Ok(())
     });
     for (slot, map) in out.iter_mut().flatten().zip(maps) {
         *slot = map;
     }
-    results.into_iter().collect()
+    for result in results {
+        result?;
+    }
+    Ok(())
 }

@@ -54,7 +54,9 @@ pub fn ratios(
     level: Level,
 ) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), Error> {
     let layers = edges_kpc.len();
-    let edges: Vec<f64> = std::iter::once(0.0).chain(edges_kpc.iter().copied()).collect();
+    let edges: Vec<f64> = std::iter::once(0.0)
+        .chain(edges_kpc.iter().copied())
+        .collect();
     let npix = nside.npix() as usize;
     let mut maps = vec![vec![0.0; npix]; 2 * layers];
     let results = parallel::for_columns(&mut maps, |range, mut maps| -> Result<(), Error> {

@@ -11,8 +11,12 @@
 use super::regrid;
 use crate::Error;
 use crate::parallel;
-use dust3d_kernels::healpix::{MISSING, Nside, disc, is_missing, ring};
+use dust3d_kernels::healpix::disc::{self, Inclusion};
+use dust3d_kernels::healpix::missing::{MISSING, is_missing};
+use dust3d_kernels::healpix::{Location, Nside, ring};
+use dust3d_kernels::simd::Level;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Finest grid on which the cube is used; [MKD18] works at this Nside.
 const CUBE_NSIDE: u64 = 64;
@@ -34,11 +38,16 @@ pub fn fractions(
     from: Nside,
     to: Nside,
     fill_radius_rad: f64,
+    level: Level,
 ) -> Result<Fractions, Error> {
     let npix = from.npix() as usize;
     let observed: Vec<bool> = (0..npix)
         .into_par_iter()
-        .map(|p| edges.iter().all(|e| e.get(p).is_some_and(|&x| !is_missing(x))))
+        .map(|p| {
+            edges
+                .iter()
+                .all(|e| e.get(p).is_some_and(|&x| !is_missing(x)))
+        })
         .collect();
     let missing_cube_pixels = observed.iter().filter(|&&o| !o).count() as u64;
 
@@ -51,7 +60,7 @@ pub fn fractions(
                 .zip(&observed)
                 .map(|(&x, &o)| if o { x } else { MISSING })
                 .collect();
-            regrid::scalar(&masked, from, nside)
+            regrid::scalar(&masked, from, nside, level)
         })
         .collect::<Result<Vec<_>, _>>()?;
 
@@ -61,11 +70,11 @@ pub fn fractions(
             "the reddening cube has no pixel with all layer edges observed and positive reddening; check the cube's files",
         ));
     }
-    let filled = fill(shares, &covered, nside, fill_radius_rad)?;
+    let filled = fill(shares, &covered, nside, fill_radius_rad, level)?;
 
     let mut maps = filled
         .iter()
-        .map(|f| regrid::scalar(f, nside, to))
+        .map(|f| regrid::scalar(f, nside, to, level))
         .collect::<Result<Vec<_>, _>>()?;
     parallel::for_columns(&mut maps, |_, mut layers| {
         normalise(&mut layers);
@@ -106,12 +115,13 @@ fn fill(
     covered: &[bool],
     nside: Nside,
     radius_rad: f64,
+    level: Level,
 ) -> Result<Vec<Vec<f64>>, Error> {
     let holes: Vec<usize> = (0..covered.len()).filter(|&p| !covered[p]).collect();
     let filled = holes
         .par_iter()
         .map(|&p| {
-            let around = covered_mirrors(p as u64, covered, nside, radius_rad)?;
+            let around = covered_mirrors(p as u64, covered, nside, radius_rad, level)?;
             let sums = shares
                 .iter()
                 .map(|f| around.iter().map(|&k| f[k]).sum::<f64>())
@@ -135,6 +145,7 @@ fn covered_mirrors(
     covered: &[bool],
     nside: Nside,
     radius_rad: f64,
+    level: Level,
 ) -> Result<Vec<usize>, Error> {
     let [x, y, z] = ring::pix2vec(nside, pixel)?;
     let mirrors = [[x, y, -z], [x, -y, z], [x, -y, -z]];
@@ -142,13 +153,20 @@ fn covered_mirrors(
     loop {
         let mut found = Vec::new();
         for mirror in mirrors {
-            disc::query_ring(nside, mirror, radius.min(std::f64::consts::PI), |range| {
-                found.extend(
-                    (range.start as usize..range.end as usize).filter(|&p| covered[p]),
-                );
-            })?;
+            let centre = Location::from_vec(mirror)?;
+            disc::ring_ranges(
+                level,
+                nside,
+                centre,
+                radius.min(PI),
+                Inclusion::default(),
+                |range| {
+                    found
+                        .extend((range.start as usize..range.end as usize).filter(|&p| covered[p]));
+                },
+            )?;
         }
-        if !found.is_empty() || radius >= std::f64::consts::PI {
+        if !found.is_empty() || radius >= PI {
             found.sort_unstable();
             found.dedup();
             return Ok(found);

@@ -4,10 +4,9 @@
 //! intensity is shared in proportion to f_i: I_i = Ĩ_i + f_i (I − Σ_j Ĩ_j). Where this is negative in a layer, the layer
 //! is set to zero and the others are scaled, so that Σ I_i = I and I_i ≥ 0 everywhere.
 
-use crate::Error;
 use crate::parallel;
-use dust3d_kernels::healpix::is_missing;
-use dust3d_kernels::planck::planck_mjysr;
+use dust3d_kernels::healpix::missing::is_missing;
+use dust3d_kernels::planck::spectrum::planck_scalar;
 use dust3d_kernels::units::NU0_GHZ;
 
 /// Averages of the observed temperature and spectral index over each layer, weighted by its fraction of the dust.
@@ -34,11 +33,7 @@ pub fn layer_averages(fractions: &[Vec<f64>], t: &[f64], beta: &[f64]) -> LayerA
             }
             part
         });
-        if weight > 0.0 {
-            sum / weight
-        } else {
-            mean(x)
-        }
+        if weight > 0.0 { sum / weight } else { mean(x) }
     };
     LayerAverages {
         t: fractions.iter().map(|f| average(f, t)).collect(),
@@ -53,20 +48,18 @@ pub(super) fn mean(x: &[f64]) -> f64 {
 }
 
 /// The intensity layers (MJy/sr), and in how many pixels a layer came out negative and was cut.
-///
-/// # Errors
-/// If a temperature is not positive.
+#[must_use]
 pub fn intensity(
     fractions: &[Vec<f64>],
     i: &[f64],
     tau: &[f64],
     averages: &LayerAverages,
-) -> Result<(Vec<Vec<f64>>, u64), Error> {
-    let brightness = averages
+) -> (Vec<Vec<f64>>, u64) {
+    let brightness: Vec<f64> = averages
         .t
         .iter()
-        .map(|&t| planck_mjysr(NU0_GHZ, t))
-        .collect::<Result<Vec<f64>, _>>()?;
+        .map(|&t| planck_scalar(NU0_GHZ, t))
+        .collect();
     let mut layers = vec![vec![0.0; i.len()]; fractions.len()];
     let cut = parallel::for_columns(&mut layers, |range, mut layers| {
         let mut cut = 0;
@@ -97,5 +90,5 @@ pub fn intensity(
         }
         cut
     });
-    Ok((layers, cut.into_iter().sum()))
+    (layers, cut.into_iter().sum())
 }

@@ -6,12 +6,13 @@
 use super::regrid;
 use crate::Error;
 use crate::config::{Config, Fit};
-use crate::io::inputs::{InputMap, Inputs};
+use crate::io::{InputMap, Inputs};
 use crate::parallel;
 use crate::stages::intensity::mean;
 use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
-use dust3d_kernels::healpix::{MISSING, Nside};
-use dust3d_kernels::planck::planck_mjysr;
+use dust3d_kernels::healpix::Nside;
+use dust3d_kernels::healpix::missing::{MISSING, is_missing};
+use dust3d_kernels::planck::spectrum::planck_scalar;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::units::NU0_GHZ;
 use std::collections::BTreeMap;
@@ -53,18 +54,17 @@ pub fn observe(
     level: Level,
 ) -> Result<Observations, Error> {
     let get = |name: &str| {
-        inputs
-            .maps
-            .get(name)
-            .ok_or_else(|| Error::usage(format!("the input `{name}` is needed; give it in [inputs]")))
+        inputs.maps.get(name).ok_or_else(|| {
+            Error::usage(format!("the input `{name}` is needed; give it in [inputs]"))
+        })
     };
     let scalar = |map: &InputMap| -> Result<Vec<f64>, Error> {
         let from = Nside::new(map.nside.into())?;
         let factor = colour(&map.name, config);
-        let mut out = regrid::scalar(&map.values, from, nside)?;
+        let mut out = regrid::scalar(&map.values, from, nside, level)?;
         if factor != 1.0 {
             out.iter_mut()
-                .filter(|x| !dust3d_kernels::healpix::is_missing(**x))
+                .filter(|x| !is_missing(**x))
                 .for_each(|x| *x *= factor);
         }
         Ok(out)
@@ -109,7 +109,9 @@ pub fn observe(
         }
         Ok(least)
     };
-    let given = ["tau", "T", "beta"].iter().all(|n| inputs.maps.contains_key(*n));
+    let given = ["tau", "T", "beta"]
+        .iter()
+        .all(|n| inputs.maps.contains_key(*n));
     let (tau, t, beta, laws_nside) = if given {
         let map = |name| scalar(get(name)?);
         (map("tau")?, map("T")?, map("beta")?, least(&["T", "beta"])?)
@@ -118,10 +120,9 @@ pub fn observe(
             .iter()
             .map(|&name| match name {
                 "I_353" => Ok(i.as_slice()),
-                _ => others
-                    .get(name)
-                    .map(Vec::as_slice)
-                    .ok_or_else(|| Error::usage(format!("the input `{name}` is needed to fit τ, T and β"))),
+                _ => others.get(name).map(Vec::as_slice).ok_or_else(|| {
+                    Error::usage(format!("the input `{name}` is needed to fit τ, T and β"))
+                }),
             })
             .collect::<Result<_, _>>()?;
         let (tau, t, beta) = fit_laws(&maps, &config.fit, level)?;
@@ -180,7 +181,7 @@ fn fit_laws(
             "no pixel of I_353, I_545, I_857 and I_2998 can be fitted by a modified blackbody; check their units (MJy/sr)",
         ));
     }
-    let brightness = planck_mjysr(NU0_GHZ, mean_t)?;
+    let brightness = planck_scalar(NU0_GHZ, mean_t);
     for (tau, i) in tau.iter_mut().zip(maps[0]) {
         if *tau == MISSING {
             *tau = i / brightness;

@@ -18,7 +18,7 @@ use crate::parallel::CHUNK;
 ///
 /// # Errors
 /// If `map` is not a map of Nside `from`.
-pub fn scalar(map: &[f64], from: Nside, to: Nside) -> Result<Vec<f64>, Error> {
+pub fn scalar(map: &[f64], from: Nside, to: Nside, level: Level) -> Result<Vec<f64>, Error> {
     let kernel = match to.get().cmp(&from.get()) {
         std::cmp::Ordering::Equal => return Ok(map.to_vec()),
         std::cmp::Ordering::Less => resample::degrade_ring_range,
@@ -27,7 +27,7 @@ pub fn scalar(map: &[f64], from: Nside, to: Nside) -> Result<Vec<f64>, Error> {
     let mut out = vec![0.0; to.npix() as usize];
     out.par_chunks_mut(CHUNK)
         .enumerate()
-        .try_for_each(|(k, piece)| kernel(map, from, to, (k * CHUNK) as u64, piece))?;
+        .try_for_each(|(k, piece)| kernel(level, from, to, map, (k * CHUNK) as u64, piece))?;
     Ok(out)
 }
 
@@ -43,7 +43,7 @@ pub fn polarisation(
     level: Level,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     if to.get() <= from.get() {
-        return Ok((scalar(q, from, to)?, scalar(u, from, to)?));
+        return Ok((scalar(q, from, to, level)?, scalar(u, from, to, level)?));
     }
     let lmax = 2 * from.get() as usize;
     let zero = Complex::new(0.0, 0.0);

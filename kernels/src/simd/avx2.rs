@@ -237,6 +237,14 @@ impl Lanes for Avx2Lanes {
         unsafe { Self(half(self.0), half(self.1)) }
     }
     #[inline(always)]
+    fn scale_exp2(self, k: Self) -> Self {
+        // Each half is in the range of `exp2_int`, and the first product is exact: one rounding, as AVX-512 has it.
+        // SAFETY: lanes exist only with a token; registers only.
+        let half = unsafe { _mm256_set1_pd(0.5) };
+        let first = (k * Self(half, half)).floor();
+        self * first.exp2_int() * (k - first).exp2_int()
+    }
+    #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
         // SAFETY: lanes exist only with a token; registers only.
         #[inline(always)]

@@ -198,6 +198,11 @@ impl Lanes for Avx512Lanes {
         })
     }
     #[inline(always)]
+    fn scale_exp2(self, k: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_scalef_pd(self.0, k.0) })
+    }
+    #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
         // SAFETY: lanes exist only with a token; registers only.
         unsafe {

@@ -125,6 +125,9 @@ pub trait Lanes:
 
     /// 2^self for integers −1022 … 1023; anything else gives an unspecified value.
     fn exp2_int(self) -> Self;
+    /// self · 2^k for integers |k| ≤ 2044, overflowing to infinity and underflowing gradually, rounded once for `self` of
+    /// ordinary size (2^±500).
+    fn scale_exp2(self, k: Self) -> Self;
     /// For positive normal values: (m, e) with self = m·2^e, 1 ≤ m < 2, both as f64.
     fn split_exponent(self) -> (Self, Self);
 

@@ -33,6 +33,7 @@
 
 mod lanes;
 mod level;
+pub mod math;
 mod portable;
 
 #[cfg(target_arch = "x86_64")]

@@ -152,6 +152,12 @@ impl Lanes for PortableLanes {
         Self(f64x8::new(bits))
     }
     #[inline(always)]
+    fn scale_exp2(self, k: Self) -> Self {
+        // Each half is in the range of `exp2_int`, and the first product is exact: one rounding.
+        let first = Self(k.0 * f64x8::HALF).floor();
+        self * first.exp2_int() * (k - first).exp2_int()
+    }
+    #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
         let a = self.to_array();
         let mantissa = a.map(|x| f64::from_bits((x.to_bits() & MANTISSA) | ONE));

@@ -8,11 +8,10 @@
 //!
 //! A sample of pixels finds the factors and the derivatives; the whole map then corrects them in one or two steps.
 
-use super::sky::{Factors, FitStats, LawStats, Sky};
+use super::sky::{Factors, FitStats, LawStats, Sky, TotalFit};
 use crate::Error;
 use crate::progress::Progress;
 use dust3d_kernels::fit::find_root;
-use dust3d_kernels::fit::mbb::MbbFit;
 use serde::{Deserialize, Serialize};
 
 /// Allowed factors of the spectral-index fluctuations.
@@ -56,7 +55,7 @@ pub struct Calibration {
 pub fn calibrate(
     sample: &Sky<'_>,
     whole: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     progress: &dyn Progress,
 ) -> Result<Calibration, Error> {
@@ -78,7 +77,10 @@ pub fn calibrate(
             // The whole map has a solution inside the range though the sample has none.
             held = false;
         }
-        let size = miss[0].abs().max(miss[1].abs()).max(if held { 0.0 } else { miss[2].abs() });
+        let size = miss[0]
+            .abs()
+            .max(miss[1].abs())
+            .max(if held { 0.0 } else { miss[2].abs() });
         if best.as_ref().is_none_or(|b| b.3 != held || size < b.0) {
             best = Some((size, factors, stats, held));
         }
@@ -112,12 +114,12 @@ pub fn calibrate(
 /// Factors for the sample, and whether s_β is held at an end.
 fn on_sample(
     sky: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     start: Factors,
 ) -> Result<(Factors, bool), Error> {
     let mut warm = start;
-    let mut beta_excess = |s_beta: f64, warm: &mut Factors| -> Result<f64, Error> {
+    let beta_excess = |s_beta: f64, warm: &mut Factors| -> Result<f64, Error> {
         warm.beta = s_beta;
         *warm = match_temperature(sky, fit, observed, *warm)?;
         Ok(mismatch(&sky.fit(fit, warm)?.laws, observed)[2])
@@ -145,7 +147,7 @@ fn on_sample(
 /// s_avg and s_T for a given s_β, by Newton steps with finite differences.
 fn match_temperature(
     sky: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     mut factors: Factors,
 ) -> Result<Factors, Error> {
@@ -174,7 +176,7 @@ fn mismatch(laws: &LawStats, observed: &LawStats) -> [f64; 3] {
 /// ∂ mismatch / ∂ (s_avg, s_T, s_β), row by row.
 fn derivatives(
     sky: &Sky<'_>,
-    fit: &MbbFit,
+    fit: &TotalFit,
     observed: &LawStats,
     at: &Factors,
 ) -> Result<[[f64; 3]; 3], Error> {
@@ -188,7 +190,10 @@ fn derivatives(
         Ok(mismatch(&sky.fit(fit, &factors)?.laws, observed))
     };
     let mut jacobian = [[0.0; 3]; 3];
-    for (column, [a, t, b]) in [[H, 0.0, 0.0], [0.0, H, 0.0], [0.0, 0.0, H]].into_iter().enumerate() {
+    for (column, [a, t, b]) in [[H, 0.0, 0.0], [0.0, H, 0.0], [0.0, 0.0, H]]
+        .into_iter()
+        .enumerate()
+    {
         let (up, down) = (shifted(a, t, b)?, shifted(-a, -t, -b)?);
         for row in 0..3 {
             jacobian[row][column] = (up[row] - down[row]) / (2.0 * H);
@@ -200,7 +205,13 @@ fn derivatives(
 /// J⁻¹ · miss by Cramer's rule, in the first two dimensions if the third is held; zero where J is singular.
 fn solve(j: &[[f64; 3]; 3], miss: &[f64; 3], held: bool) -> [f64; 3] {
     let det2 = |a: f64, b: f64, c: f64, d: f64| a * d - b * c;
-    let quotient = |x: f64, det: f64| if det == 0.0 || !det.is_finite() { 0.0 } else { x / det };
+    let quotient = |x: f64, det: f64| {
+        if det == 0.0 || !det.is_finite() {
+            0.0
+        } else {
+            x / det
+        }
+    };
     if held {
         let det = det2(j[0][0], j[0][1], j[1][0], j[1][1]);
         return [

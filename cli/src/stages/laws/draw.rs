@@ -7,8 +7,9 @@
 use super::remap::remap;
 use super::spectra::{ObservedLaws, analyse, covariances_of_alm};
 use crate::Error;
-use crate::random::{Stage, unit_alm};
+use crate::random::white_alm;
 use crate::sht::ShtPlan;
+use dust3d_kernels::random::Stage;
 use dust3d_kernels::spectra::Lower2;
 use num_complex::Complex;
 
@@ -21,11 +22,11 @@ pub fn draw(
     observed: &ObservedLaws,
     seed: u64,
     layer: usize,
-    refilter_iterations: usize,
+    refilter_iterations: u32,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let lmax = plan.lmax();
-    let mut t_alm = unit_alm(seed, Stage::Laws, layer, 0, lmax);
-    let mut beta_alm = unit_alm(seed, Stage::Laws, layer, 1, lmax);
+    let mut t_alm = white_alm(seed, Stage::EmissionLaws, layer, 0, lmax)?;
+    let mut beta_alm = white_alm(seed, Stage::EmissionLaws, layer, 1, lmax)?;
     let roots: Vec<Lower2> = observed.covariances.iter().map(|c| c.root()).collect();
     transform(&mut t_alm, &mut beta_alm, &roots);
 

@@ -1,12 +1,14 @@
 //! The total sky made from layers and factors, as the fit of a modified blackbody sees it.
 
 use crate::Error;
+use crate::config::Fit;
 use crate::parallel;
 use crate::stages::intensity::LayerAverages;
 use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
-use dust3d_kernels::healpix::MISSING;
-use dust3d_kernels::planck::mbb::MbbScaling;
+use dust3d_kernels::healpix::missing::{MISSING, is_missing};
+use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
 use dust3d_kernels::simd::Level;
+use dust3d_kernels::units::NU0_GHZ;
 use std::ops::Range;
 
 /// Least temperature of a layer, kelvin.
@@ -47,6 +49,29 @@ pub struct FitStats {
     pub unconverged: u64,
 }
 
+/// The fit of the total: its frequencies, as bands of emission and as the fit's own tables.
+pub struct TotalFit {
+    nodes: Vec<MbbNode>,
+    fit: MbbFit,
+}
+
+impl TotalFit {
+    /// The fit a configuration describes.
+    ///
+    /// # Errors
+    /// If a frequency or an uncertainty is out of range.
+    pub fn new(config: &Fit) -> Result<Self, Error> {
+        let nodes = config
+            .nu_ghz
+            .iter()
+            .map(|&nu| MbbNode::new(nu, NU0_GHZ, 1.0));
+        Ok(Self {
+            nodes: nodes.collect::<Result<_, _>>()?,
+            fit: MbbFit::new(&config.nu_ghz, &config.sigma)?,
+        })
+    }
+}
+
 /// Layers at ν₀ with the fluctuations of their laws.
 pub struct Sky<'a> {
     /// Intensity of each layer at ν₀, MJy/sr.
@@ -66,12 +91,11 @@ impl Sky<'_> {
     ///
     /// # Errors
     /// Those of the kernels (lengths).
-    pub fn fit(&self, fit: &MbbFit, factors: &Factors) -> Result<FitStats, Error> {
+    pub fn fit(&self, fit: &TotalFit, factors: &Factors) -> Result<FitStats, Error> {
         let npix = self.intensity.first().map_or(0, |i| i.len());
-        let scaling = MbbScaling::new(fit.frequencies())?;
         let failure = std::sync::Mutex::new(None);
         let sums = parallel::sums(npix, |range| {
-            self.fit_range(fit, &scaling, factors, range).unwrap_or_else(|error| {
+            self.fit_range(fit, factors, range).unwrap_or_else(|error| {
                 if let Ok(mut failure) = failure.lock() {
                     *failure = Some(error);
                 }
@@ -97,8 +121,7 @@ impl Sky<'_> {
     /// Count, ΣT, ΣT², Σβ, Σβ² (about the shifts) and pixels without fit, over some pixels.
     fn fit_range(
         &self,
-        fit: &MbbFit,
-        scaling: &MbbScaling,
+        fit: &TotalFit,
         factors: &Factors,
         range: Range<usize>,
     ) -> Result<[f64; 6], Error> {
@@ -107,11 +130,15 @@ impl Sky<'_> {
         fit_total(
             self.level,
             fit,
-            scaling,
             |layer, t, beta| {
                 let intensity = self.intensity.get(layer)?;
-                let averages = (factors.avg * self.averages.t[layer], self.averages.beta[layer]);
-                let fluctuations = self.t[layer][range.clone()].iter().zip(&self.beta[layer][range.clone()]);
+                let averages = (
+                    factors.avg * self.averages.t[layer],
+                    self.averages.beta[layer],
+                );
+                let fluctuations = self.t[layer][range.clone()]
+                    .iter()
+                    .zip(&self.beta[layer][range.clone()]);
                 for ((t, beta), (dt, db)) in t.iter_mut().zip(beta).zip(fluctuations) {
                     *t = law(averages.0, factors.t, *dt, T_FLOOR);
                     *beta = law(averages.1, factors.beta, *db, BETA_FLOOR);
@@ -142,23 +169,23 @@ impl Sky<'_> {
 /// `layer(i, t, beta)` fills in the law of layer i and returns its intensity at ν₀, none after the last.
 fn fit_total<'a>(
     level: Level,
-    fit: &MbbFit,
-    scaling: &MbbScaling,
+    fit: &TotalFit,
     layer: impl Fn(usize, &mut [f64], &mut [f64]) -> Option<&'a [f64]>,
     (t, beta): (&mut [f64], &mut [f64]),
 ) -> Result<(), Error> {
     let n = t.len();
-    let mut total = vec![vec![0.0; n]; scaling.len()];
+    let bands: Vec<&[MbbNode]> = fit.nodes.iter().map(std::slice::from_ref).collect();
+    let mut total = vec![vec![0.0; n]; fit.nodes.len()];
     for i in 0.. {
         let Some(intensity) = layer(i, t, beta) else {
             break;
         };
         let mut out: Vec<&mut [f64]> = total.iter_mut().map(Vec::as_mut_slice).collect();
-        scaling.add(level, intensity, beta, t, &mut out)?;
+        mbb_add_stokes(level, &bands, [intensity], t, beta, &mut out)?;
     }
     let maps: Vec<&[f64]> = total.iter().map(Vec::as_slice).collect();
     let mut tau = vec![0.0; n];
-    fit_into(level, fit, &maps, &mut tau, t, beta, None)?;
+    fit_into(level, &fit.fit, &maps, &mut tau, t, beta, None)?;
     Ok(())
 }
 
@@ -170,18 +197,16 @@ pub fn fit_maps(
     intensity: &[&[f64]],
     t: &[Vec<f64>],
     beta: &[Vec<f64>],
-    fit: &MbbFit,
+    fit: &TotalFit,
     level: Level,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let npix = intensity.first().map_or(0, |i| i.len());
-    let scaling = MbbScaling::new(fit.frequencies())?;
     let mut maps = [vec![0.0; npix], vec![0.0; npix]];
     let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<(), Error> {
         let (out_t, out_beta) = out.split_at_mut(1);
         fit_total(
             level,
             fit,
-            &scaling,
             |layer, to_t, to_beta| {
                 let i = intensity.get(layer)?;
                 to_t.copy_from_slice(&t[layer][range.clone()]);
@@ -216,14 +241,18 @@ pub fn law(average: f64, factor: f64, fluctuation: f64, floor: f64) -> f64 {
 /// Mean and standard deviation of a map over its valid pixels.
 #[must_use]
 pub fn mean_std(map: &[f64]) -> (f64, f64) {
-    let valid = |x: &&f64| !dust3d_kernels::healpix::is_missing(**x);
+    let valid = |x: &&f64| !is_missing(**x);
     let [n, sum] = parallel::sums(map.len(), |r| {
         let valid = map[r].iter().filter(valid);
         valid.fold([0.0; 2], |[n, s], x| [n + 1.0, s + x])
     });
     let mean = sum / n;
     let [square] = parallel::sums(map.len(), |r| {
-        [map[r].iter().filter(valid).map(|x| (x - mean).powi(2)).sum()]
+        [map[r]
+            .iter()
+            .filter(valid)
+            .map(|x| (x - mean).powi(2))
+            .sum()]
     });
     (mean, (square / n).sqrt())
 }

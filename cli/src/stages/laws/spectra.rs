@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::sht::{Analysis, ShtPlan};
 use crate::stages::intensity::mean;
-use dust3d_kernels::healpix::is_missing;
+use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::spectra::{Cov2, alm_len, cross_spectrum, fit_power_law};
 use num_complex::Complex;
 

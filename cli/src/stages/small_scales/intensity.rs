@@ -13,6 +13,7 @@ use crate::parallel;
 use crate::sht::{Analysis, ShtPlan};
 use dust3d_kernels::fit::find_root;
 use dust3d_kernels::healpix::Nside;
+use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{PowerLaw, alm_len, cross_spectrum};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -56,6 +57,7 @@ pub fn add(
         g: unit_variance(g),
         cells: restoring_nside(plan.nside(), restore_fwhm_rad)?,
         nside: plan.nside(),
+        level: plan.level(),
     };
     let mut match_power = PowerMatch::new(plan, &layer, law);
 
@@ -108,6 +110,7 @@ struct Layer<'a> {
     observed: &'a [f64],
     g: Vec<f64>,
     nside: Nside,
+    level: Level,
     /// Grid whose cells keep their observed mean; none to skip restoring.
     cells: Option<Nside>,
 }
@@ -119,18 +122,22 @@ impl Layer<'_> {
             return Ok(self.observed.to_vec());
         }
         let mut map = parallel::map(self.observed.len(), |range, out| {
-            for ((out, i), g) in out.iter_mut().zip(&self.observed[range.clone()]).zip(&self.g[range]) {
+            for ((out, i), g) in out
+                .iter_mut()
+                .zip(&self.observed[range.clone()])
+                .zip(&self.g[range])
+            {
                 *out = i * (kappa * g - 0.5 * kappa * kappa).exp();
             }
         });
         if let Some(cells) = self.cells {
-            let wanted = regrid::scalar(self.observed, self.nside, cells)?;
+            let wanted = regrid::scalar(self.observed, self.nside, cells, self.level)?;
             for _ in 0..2 {
-                let mut ratio = regrid::scalar(&map, self.nside, cells)?;
+                let mut ratio = regrid::scalar(&map, self.nside, cells, self.level)?;
                 for (r, w) in ratio.iter_mut().zip(&wanted) {
                     *r = if *r == 0.0 { 1.0 } else { w / *r };
                 }
-                let ratio = regrid::scalar(&ratio, cells, self.nside)?;
+                let ratio = regrid::scalar(&ratio, cells, self.nside, self.level)?;
                 map.par_iter_mut().zip(ratio).for_each(|(x, r)| *x *= r);
             }
         }
@@ -176,7 +183,11 @@ impl<'a> PowerMatch<'a> {
             .map(|l| self.spectrum[l])
             .filter(|&c| c > 0.0)
             .fold((0.0, 0.0), |(s, n), c| (s + c.ln(), n + 1.0));
-        Ok(if count > 0.0 { sum / count - self.wanted } else { 0.0 })
+        Ok(if count > 0.0 {
+            sum / count - self.wanted
+        } else {
+            0.0
+        })
     }
 }
 
@@ -201,7 +212,9 @@ fn unit_variance(map: &[f64]) -> Vec<f64> {
     let n = map.len() as f64;
     let [sum] = parallel::sums(map.len(), |r| [map[r].iter().sum()]);
     let mean = sum / n;
-    let [square] = parallel::sums(map.len(), |r| [map[r].iter().map(|x| (x - mean).powi(2)).sum()]);
+    let [square] = parallel::sums(map.len(), |r| {
+        [map[r].iter().map(|x| (x - mean).powi(2)).sum()]
+    });
     let sigma = (square / n).sqrt();
     if sigma > 0.0 {
         map.iter().map(|x| x / sigma).collect()

@@ -141,7 +141,7 @@ pub fn add_small_scales(
     let ee = law(&before.ee, config.slope_ee);
     let bb = law(&before.bb, config.slope_bb);
 
-    let mut seeds = seeds::draw(seed, layer, lmax, (tt, ee, bb), config.te);
+    let mut seeds = seeds::draw(seed, layer, lmax, (tt, ee, bb), config.te)?;
 
     let intensity_beam = (config.intensity_beam_arcmin / 60.0).to_radians();
     let window: Vec<f64> = (0..=lmax)
@@ -150,13 +150,8 @@ pub fn add_small_scales(
     scale_by_l(&mut seeds.t, &window)?;
     let mut g = vec![0.0; maps.i.len()];
     plan.synthesis(&seeds.t, &mut g)?;
-    let (i, kappa, kappa_status) = intensity::add(
-        plan,
-        &maps.i,
-        &g,
-        &tt,
-        config.restore_fwhm_deg.to_radians(),
-    )?;
+    let (i, kappa, kappa_status) =
+        intensity::add(plan, &maps.i, &g, &tt, config.restore_fwhm_deg.to_radians())?;
     drop(g);
 
     let beams = &config.polarisation_beam_deg;

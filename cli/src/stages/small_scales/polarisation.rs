@@ -43,7 +43,9 @@ pub fn add(
     (mut e, mut b): EbAlm,
 ) -> Result<EbAlm, Error> {
     let lmax = plan.lmax();
-    let complement: Vec<f64> = (0..=lmax).map(|l| beam_complement(wanted.beam, l)).collect();
+    let complement: Vec<f64> = (0..=lmax)
+        .map(|l| beam_complement(wanted.beam, l))
+        .collect();
     let window: Vec<f64> = complement.iter().map(|c| c.sqrt()).collect();
     scale_by_l(&mut e, &window)?;
     scale_by_l(&mut b, &window)?;

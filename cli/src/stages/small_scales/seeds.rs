@@ -3,8 +3,10 @@
 //! [MKD18], section 5. Deviates are drawn l by l, and within an l for m = 0 … l, two for each (l, m), from one stream
 //! per field, so the seeds up to a given l do not depend on lmax, on Nside, on the other layers or on threads.
 
-use crate::random::{Stage, unit_alm};
-use dust3d_kernels::spectra::{PowerLaw, alm_len, scale_by_l};
+use crate::Error;
+use crate::random::white_alm;
+use dust3d_kernels::random::Stage;
+use dust3d_kernels::spectra::{PowerLaw, scale_by_l};
 use num_complex::Complex;
 
 /// The random a_lm of one layer, before any window.
@@ -18,27 +20,28 @@ pub struct Seeds {
 }
 
 /// Draws the seeds of a layer (counted from 1) with spectra `tt`, `ee`, `bb` for l ≥ 2 and zero below.
-#[must_use]
+///
+/// # Errors
+/// If the layer number is out of the generator's range.
 pub fn draw(
     seed: u64,
     layer: usize,
     lmax: usize,
     (tt, ee, bb): (PowerLaw, PowerLaw, PowerLaw),
     te_correlation: f64,
-) -> Seeds {
-    let mut t = unit_alm(seed, Stage::SmallScales, layer, 0, lmax);
-    let mut e = unit_alm(seed, Stage::SmallScales, layer, 1, lmax);
-    let mut b = unit_alm(seed, Stage::SmallScales, layer, 2, lmax);
+) -> Result<Seeds, Error> {
+    let mut t = white_alm(seed, Stage::SmallScales, layer, 0, lmax)?;
+    let mut e = white_alm(seed, Stage::SmallScales, layer, 1, lmax)?;
+    let mut b = white_alm(seed, Stage::SmallScales, layer, 2, lmax)?;
     let independent = ((1.0 - te_correlation) * (1.0 + te_correlation)).sqrt();
     for (e, t) in e.iter_mut().zip(&t) {
         *e = *t * te_correlation + *e * independent;
     }
     for (alm, law) in [(&mut t, tt), (&mut e, ee), (&mut b, bb)] {
-        debug_assert_eq!(alm.len(), alm_len(lmax));
         let amplitude: Vec<f64> = (0..=lmax)
             .map(|l| if l < 2 { 0.0 } else { law.at(l).sqrt() })
             .collect();
-        scale_by_l(alm, &amplitude).expect("both lengths follow from lmax");
+        scale_by_l(alm, &amplitude)?;
     }
-    Seeds { t, e, b }
+    Ok(Seeds { t, e, b })
 }

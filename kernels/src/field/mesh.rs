@@ -1,0 +1,310 @@
+//! Where the quadrature panels of a line of sight lie: geometry only, the same for every pitch angle.
+//!
+//! A segment a ≤ r ≤ b of a line of sight is cut until a 16-point Gauss–Legendre rule integrates every piece to about
+//! 1e-8 of the segment. With s the distance from the point closest to the Galactic axis (projected on the plane), p
+//! the impact parameter and χ the angle between e_R and the line of sight,
+//!
+//! ```text
+//! s = r cos b − R⊙ cos l     p = R⊙ sin l     R² = s² + p²     cos χ = s/R     sin χ = p/R     x = r |sin b| / h_z
+//! ln n = −R/h_R − 2 ln cosh x
+//! ```
+//!
+//! What limits the rule, and the cut that answers it:
+//!
+//! 1. *R = hole*: the polarised integrand jumps. Cut there, exactly.
+//! 2. *ln n falls by hundreds over the segment* (it is concave along r, so it has one peak). The segment is truncated
+//!    where it is [`DROP`] below the peak; an interior peak of a steep segment is a cut. A concave stand-in with
+//!    ln cosh x replaced by √(1 + x²) − 1, less than 0.31 off, is enough to place panels and needs no exponential.
+//! 3. *Branch points of R at s = ±i|p|.* With s = |p| sinh t they are at ±iπ/2 for every t: cut equally in t, into
+//!    pieces shorter than [`STEP`].
+//! 4. *Poles of sech² at x = ±iπ/2.* The same with x = (π/2) sinh t.
+//! 5. *The line of sight runs along the field* (sin α = |cos(q + χ)| at b = 0): |cos|³ has a kink, smoothed over a
+//!    width |b| in χ. It may be anywhere, so the pieces are short in χ: at most [`turn_limit`].
+
+use crate::scalar::{abs, atan2, exp, floor, ln, sin_cos, sqrt};
+
+/// Density below e^−DROP of the largest on the segment is left out.
+const DROP: f64 = 30.0;
+/// Longest panel in units of asinh(distance/distance of the branch point).
+const STEP: f64 = 2.0;
+/// e^STEP.
+const STEP_RATIO: f64 = 7.38905609893065;
+
+/// The largest turn of χ over one panel: the error of |cos|³ over a panel of turn Δ is 2e-6 Δ³ at b = 0.
+fn turn_limit(sin_b: f64) -> f64 {
+    0.4 + 4.5 * sin_b
+}
+
+/// The number of pieces for a ratio of lengths, never beyond what any line of sight needs.
+fn pieces(ratio: f64) -> f64 {
+    (-floor(-ratio)).min(64.0)
+}
+
+/// One line of sight through the Galaxy.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sight {
+    /// cos b.
+    pub(crate) cos_b: f64,
+    /// |sin b|: density does not know north from south.
+    pub(crate) sin_b: f64,
+    /// sin b with its sign.
+    pub(crate) signed_sin_b: f64,
+    /// R⊙ cos l: s = r cos b − ahead.
+    pub(crate) ahead: f64,
+    /// R⊙ sin l = p.
+    pub(crate) impact: f64,
+    /// 1/h_R.
+    pub(crate) inv_h_r: f64,
+    /// |sin b|/h_z: x = r · rise.
+    pub(crate) rise: f64,
+    /// Radius without field.
+    pub(crate) hole: f64,
+}
+
+/// One panel: the nodes r = centre + half · x_j.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Panel {
+    pub(crate) centre: f64,
+    pub(crate) half: f64,
+    /// Inside the hole: counts in I alone.
+    pub(crate) dark: bool,
+}
+
+impl Sight {
+    /// The sight towards a vector (any length) from the Sun; at the poles l = 0. A zero vector looks to l = b = 0.
+    pub(crate) fn new([x, y, z]: [f64; 3], r_sun: f64, h_r: f64, h_z: f64, hole: f64) -> Self {
+        let across = crate::scalar::hypot(x, y);
+        let length = crate::scalar::hypot(across, z);
+        let (cos_l, sin_l) = if across > 0.0 {
+            (x / across, y / across)
+        } else {
+            (1.0, 0.0)
+        };
+        let (cos_b, signed_sin_b) = if length > 0.0 {
+            (across / length, z / length)
+        } else {
+            (1.0, 0.0)
+        };
+        let sin_b = abs(signed_sin_b);
+        Self {
+            cos_b,
+            sin_b,
+            signed_sin_b,
+            ahead: r_sun * cos_l,
+            impact: r_sun * sin_l,
+            inv_h_r: 1.0 / h_r,
+            rise: sin_b / h_z,
+            hole,
+        }
+    }
+
+    #[inline]
+    fn s(&self, r: f64) -> f64 {
+        r * self.cos_b - self.ahead
+    }
+
+    /// The stand-in of ln n and its slope in r.
+    #[inline]
+    fn ln_density(&self, r: f64) -> (f64, f64) {
+        let s = self.s(r);
+        let radius = sqrt(s * s + self.impact * self.impact);
+        let x = r * self.rise;
+        let root = sqrt(1.0 + x * x);
+        let value = -radius * self.inv_h_r - 2.0 * (root - 1.0);
+        let inward = if radius > 0.0 { s / radius } else { 0.0 };
+        let slope = -self.cos_b * inward * self.inv_h_r - 2.0 * self.rise * x / root;
+        (value, slope)
+    }
+
+    /// Steps from `from`, where the density is too low, towards the peak until it is not, staying outside.
+    ///
+    /// Newton's method on a concave function from below its level never crosses it.
+    fn truncate(&self, from: f64, level: f64) -> f64 {
+        let mut r = from;
+        for _ in 0..40 {
+            let (value, slope) = self.ln_density(r);
+            if value >= level - 2.0 || slope == 0.0 {
+                break;
+            }
+            r -= (value - level) / slope;
+        }
+        r
+    }
+
+    /// Where the density matters on the segment: (start, interior peak or NaN, end, largest ln n).
+    fn support(&self, a: f64, b: f64) -> (f64, f64, f64, f64) {
+        let (value_a, slope_a) = self.ln_density(a);
+        let (value_b, slope_b) = self.ln_density(b);
+        let length = b - a;
+        // A concave function lies below its tangents: nothing on the segment is DROP above either end.
+        if abs(slope_a) * length <= DROP && abs(slope_b) * length <= DROP {
+            return (a, f64::NAN, b, value_a.max(value_b));
+        }
+        let (peak, top) = if slope_a <= 0.0 {
+            (f64::NAN, value_a)
+        } else if slope_b >= 0.0 {
+            (f64::NAN, value_b)
+        } else {
+            let (mut low, mut high) = (a, b);
+            let (mut rise, mut fall) = (slope_a, slope_b);
+            let mut middle = a;
+            let mut top = value_a;
+            for _ in 0..100 {
+                middle = 0.5 * (low + high);
+                let (value, slope) = self.ln_density(middle);
+                top = value;
+                if slope > 0.0 {
+                    (low, rise) = (middle, slope);
+                } else {
+                    (high, fall) = (middle, slope);
+                }
+                if (high - low) * rise.max(-fall) < 0.5 {
+                    break;
+                }
+            }
+            (middle, top)
+        };
+        let start = if value_a < top - DROP {
+            self.truncate(a, top - DROP)
+        } else {
+            a
+        };
+        let end = if value_b < top - DROP {
+            self.truncate(b, top - DROP)
+        } else {
+            b
+        };
+        (start.max(a).min(b), peak, end.max(a).min(b), top)
+    }
+
+    /// Calls `visit` for every panel of the segment a < r < b, in order; returns nothing on an empty segment.
+    ///
+    /// `visit` also gets the stand-in's largest ln n on the segment, the reference of the weights.
+    #[inline(always)]
+    pub(crate) fn panels(&self, a: f64, b: f64, mut visit: impl FnMut(Panel, f64)) {
+        let (start, peak, end, top) = self.support(a, b);
+        // Cuts in increasing order: the hole's edges and the peak.
+        let mut cuts = [end; 4];
+        let reach = self.hole * self.hole - self.impact * self.impact;
+        if reach > 0.0 && self.cos_b > 0.0 {
+            let half = sqrt(reach);
+            cuts[0] = (self.ahead - half) / self.cos_b;
+            cuts[1] = (self.ahead + half) / self.cos_b;
+            if peak > start {
+                cuts[2] = peak;
+                if cuts[2] < cuts[1] {
+                    cuts.swap(1, 2);
+                }
+                if cuts[1] < cuts[0] {
+                    cuts.swap(0, 1);
+                }
+            }
+        } else if peak > start {
+            cuts[0] = peak;
+        }
+        let mut from = start;
+        for cut in cuts {
+            let to = cut.min(end);
+            if to > from {
+                let s = self.s(0.5 * (from + to));
+                let dark = s * s + self.impact * self.impact <= self.hole * self.hole;
+                self.cut_radius(from, to, dark, &mut |centre, half| {
+                    visit(Panel { centre, half, dark }, top);
+                });
+                from = to;
+            }
+        }
+    }
+
+    /// Rule 3: equal pieces of asinh(s/|p|).
+    #[inline(always)]
+    fn cut_radius(&self, a: f64, b: f64, dark: bool, visit: &mut impl FnMut(f64, f64)) {
+        let (s_a, s_b) = (self.s(a), self.s(b));
+        // Towards the centre itself |p| = 0: 1e-9 of the segment then bounds the number of panels.
+        let p = abs(self.impact).max(1e-9 * (s_b - s_a));
+        let p2 = (p * p).max(1e-280);
+        // |p| e^t for s = |p| sinh t, without cancellation.
+        let grown = |s: f64| {
+            let radius = sqrt(s * s + p2);
+            if s >= 0.0 {
+                s + radius
+            } else {
+                p2 / (radius - s)
+            }
+        };
+        let (first, last) = (grown(s_a), grown(s_b));
+        if !(last > STEP_RATIO * first) {
+            self.cut_height(a, b, dark, visit);
+            return;
+        }
+        let pieces = pieces(ln(last / first) / STEP);
+        let ratio = exp(ln(last / first) / pieces);
+        let mut from = a;
+        let mut g = first;
+        let mut left = pieces;
+        while left > 1.0 {
+            g *= ratio;
+            let to = (0.5 * (g - p2 / g) + self.ahead) / self.cos_b;
+            let to = to.max(from).min(b);
+            self.cut_height(from, to, dark, visit);
+            from = to;
+            left -= 1.0;
+        }
+        self.cut_height(from, b, dark, visit);
+    }
+
+    /// Rule 4: equal pieces of asinh(2x/π).
+    #[inline(always)]
+    fn cut_height(&self, a: f64, b: f64, dark: bool, visit: &mut impl FnMut(f64, f64)) {
+        const POLE: f64 = core::f64::consts::FRAC_PI_2;
+        let grown = |r: f64| {
+            let x = r * self.rise;
+            x + sqrt(x * x + POLE * POLE)
+        };
+        let (first, last) = (grown(a), grown(b));
+        if !(last > STEP_RATIO * first) {
+            self.cut_turn(a, b, dark, visit);
+            return;
+        }
+        let pieces = pieces(ln(last / first) / STEP);
+        let ratio = exp(ln(last / first) / pieces);
+        let mut from = a;
+        let mut g = first;
+        let mut left = pieces;
+        while left > 1.0 {
+            g *= ratio;
+            let to = (0.5 * (g - POLE * POLE / g) / self.rise).max(from).min(b);
+            self.cut_turn(from, to, dark, visit);
+            from = to;
+            left -= 1.0;
+        }
+        self.cut_turn(from, b, dark, visit);
+    }
+
+    /// Rule 5: equal pieces of χ.
+    #[inline(always)]
+    fn cut_turn(&self, a: f64, b: f64, dark: bool, visit: &mut impl FnMut(f64, f64)) {
+        let (s_a, s_b) = (self.s(a), self.s(b));
+        let p = abs(self.impact);
+        let limit = turn_limit(self.sin_b);
+        let (cross, dot) = (p * (s_b - s_a), s_a * s_b + p * p);
+        let mut from = a;
+        // The turn is below its tangent, and mostly far below the limit: no arc tangent then.
+        if !dark && !(cross <= 0.5 * limit * dot) {
+            let turn = atan2(cross, dot);
+            let mut left = pieces(turn / limit);
+            if left > 1.0 {
+                let (sin, cos) = sin_cos(turn / left);
+                let (mut ex, mut ey) = (s_a, p);
+                while left > 1.0 {
+                    (ex, ey) = (ex * cos + ey * sin, ey * cos - ex * sin);
+                    let to = ((p * (ex / ey) + self.ahead) / self.cos_b).max(from).min(b);
+                    visit(0.5 * (from + to), 0.5 * (to - from));
+                    from = to;
+                    left -= 1.0;
+                }
+            }
+        }
+        visit(0.5 * (from + b), 0.5 * (b - from));
+    }
+}

@@ -99,9 +99,20 @@ pub(super) fn execute(args: &Args) -> Result<()> {
     };
     let known = source.record();
     let title = args.title.clone().unwrap_or_else(|| {
-        let name = source.path().file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let quantity = known.as_ref().map(|record| format!(": {}", record.quantity)).unwrap_or_default();
-        let place = args.gnomonic.map(|(lon, lat)| format!(", around l = {lon}°, b = {lat}°")).unwrap_or_default();
+        let name = source
+            .path()
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let quantity = known
+            .as_ref()
+            .map(|record| format!(": {}", record.quantity))
+            .unwrap_or_default();
+        let place = args
+            .gnomonic
+            .map(|(lon, lat)| format!(", around l = {lon}°, b = {lat}°"))
+            .unwrap_or_default();
         format!("{name}{quantity}{place}")
     });
     let unit = args

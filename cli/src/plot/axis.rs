@@ -22,7 +22,9 @@ pub(super) fn colour_bar(
     };
     let steps = bar.width.ceil() as u32;
     for step in 0..steps {
-        let [r, g, b] = colours.at((f64::from(step) + 0.5) / f64::from(steps)).map(|channel| channel.round() as u8);
+        let [r, g, b] = colours
+            .at((f64::from(step) + 0.5) / f64::from(steps))
+            .map(|channel| channel.round() as u8);
         let x = bar.x + step as f32;
         let width = (bar.x + bar.width - x).min(1.0);
         canvas.fill(Frame { x, width, ..bar }, Ink(r, g, b, 255));
@@ -34,10 +36,20 @@ pub(super) fn colour_bar(
     let mut taken = f32::NEG_INFINITY;
     // Zero is the number a reader looks for first; then the rest from left to right, where there is room.
     let ticks = scale.ticks();
-    let zero = ticks.iter().position(|&tick| tick == 0.0).map(|index| place(canvas, bar, scale, &ticks, index, size));
+    let zero = ticks
+        .iter()
+        .position(|&tick| tick == 0.0)
+        .map(|index| place(canvas, bar, scale, &ticks, index, size));
     for index in 0..ticks.len() {
         let (label, x, half) = place(canvas, bar, scale, &ticks, index, size);
-        canvas.line(&[(x, bar.y + bar.height), (x, bar.y + bar.height + size * 0.3)], line, FRAME);
+        canvas.line(
+            &[
+                (x, bar.y + bar.height),
+                (x, bar.y + bar.height + size * 0.3),
+            ],
+            line,
+            FRAME,
+        );
         let clear_of_zero = zero.as_ref().is_none_or(|(_, zero, width)| {
             ticks[index] == 0.0 || (x - zero).abs() > half + width + size * 0.4
         });
@@ -46,27 +58,56 @@ pub(super) fn colour_bar(
             taken = x + half + size * 0.4;
         }
     }
-    canvas.text(unit, size, Anchor::Middle, bar.x + bar.width / 2.0, baseline + size * 1.45, TEXT);
+    canvas.text(
+        unit,
+        size,
+        Anchor::Middle,
+        bar.x + bar.width / 2.0,
+        baseline + size * 1.45,
+        TEXT,
+    );
 }
 
-fn place(canvas: &Canvas, bar: Frame, scale: Scale, ticks: &[f64], index: usize, size: f32) -> (String, f32, f32) {
+fn place(
+    canvas: &Canvas,
+    bar: Frame,
+    scale: Scale,
+    ticks: &[f64],
+    index: usize,
+    size: f32,
+) -> (String, f32, f32) {
     let label = label(scale, ticks, ticks[index]);
     let x = bar.x + bar.width * scale.position(ticks[index]) as f32;
     let half = canvas.text_width(&label, size) / 2.0;
     (label, x, half)
 }
 
-fn arrowheads(canvas: &mut Canvas, bar: Frame, colours: Colours, (below, above): (bool, bool), line: f32) {
+fn arrowheads(
+    canvas: &mut Canvas,
+    bar: Frame,
+    colours: Colours,
+    (below, above): (bool, bool),
+    line: f32,
+) {
     let mut arrow = |show: bool, position: f64, base: f32, tip: f32| {
         if show {
             let [r, g, b] = colours.at(position).map(|channel| channel.round() as u8);
-            let shape = [(base, bar.y), (tip, bar.y + bar.height / 2.0), (base, bar.y + bar.height)];
+            let shape = [
+                (base, bar.y),
+                (tip, bar.y + bar.height / 2.0),
+                (base, bar.y + bar.height),
+            ];
             canvas.polygon(&shape, Ink(r, g, b, 255));
             canvas.line(&shape, line, FRAME);
         }
     };
     arrow(below, 0.0, bar.x, bar.x - bar.height);
-    arrow(above, 1.0, bar.x + bar.width, bar.x + bar.width + bar.height);
+    arrow(
+        above,
+        1.0,
+        bar.x + bar.width,
+        bar.x + bar.width + bar.height,
+    );
 }
 
 /// The number at a mark: decimals as the distance of the marks asks for, powers of ten on a logarithmic scale.
@@ -77,7 +118,11 @@ fn label(scale: Scale, ticks: &[f64], value: f64) -> String {
             if (-2..=3).contains(&power) {
                 format!("{value}")
             } else {
-                format!("{}10{}", if value < 0.0 { "-" } else { "" }, superscript(power))
+                format!(
+                    "{}10{}",
+                    if value < 0.0 { "-" } else { "" },
+                    superscript(power)
+                )
             }
         }
         Scale::SymLog { .. } => "0".to_owned(),
@@ -86,16 +131,27 @@ fn label(scale: Scale, ticks: &[f64], value: f64) -> String {
                 [first, second, ..] => second - first,
                 _ => value.abs(),
             };
-            let largest = ticks.iter().fold(0.0_f64, |largest, tick| largest.max(tick.abs()));
+            let largest = ticks
+                .iter()
+                .fold(0.0_f64, |largest, tick| largest.max(tick.abs()));
             if largest >= 1e5 || (step < 1e-4 && step > 0.0) {
                 let text = format!("{value:.1e}");
-                match text.split_once('e').map(|(digits, power)| (digits, power.parse())) {
+                match text
+                    .split_once('e')
+                    .map(|(digits, power)| (digits, power.parse()))
+                {
                     _ if value == 0.0 => "0".to_owned(),
-                    Some((digits, Ok(power))) => format!("{}×10{}", digits.trim_end_matches(".0"), superscript(power)),
+                    Some((digits, Ok(power))) => {
+                        format!("{}×10{}", digits.trim_end_matches(".0"), superscript(power))
+                    }
                     _ => text,
                 }
             } else {
-                let decimals = if step > 0.0 { (-(step * 1.001).log10().floor()).max(0.0) as usize } else { 0 };
+                let decimals = if step > 0.0 {
+                    (-(step * 1.001).log10().floor()).max(0.0) as usize
+                } else {
+                    0
+                };
                 format!("{value:.decimals$}")
             }
         }
@@ -109,7 +165,8 @@ fn superscript(power: i32) -> String {
         .chars()
         .map(|digit| match digit {
             '-' => '⁻',
-            digit => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit.to_digit(10).unwrap_or(0) as usize],
+            digit => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹']
+                [digit.to_digit(10).unwrap_or(0) as usize],
         })
         .collect()
 }
@@ -120,15 +177,36 @@ mod tests {
 
     #[test]
     fn known_labels_of_marks() {
-        let linear = Scale::Linear { min: 15.2, max: 25.0 };
+        let linear = Scale::Linear {
+            min: 15.2,
+            max: 25.0,
+        };
         let ticks = linear.ticks();
         assert_eq!(ticks, [20.0, 25.0]);
-        let linear = Scale::Linear { min: -0.31, max: 0.31 };
-        let labels: Vec<String> = linear.ticks().iter().map(|&tick| label(linear, &linear.ticks(), tick)).collect();
+        let linear = Scale::Linear {
+            min: -0.31,
+            max: 0.31,
+        };
+        let labels: Vec<String> = linear
+            .ticks()
+            .iter()
+            .map(|&tick| label(linear, &linear.ticks(), tick))
+            .collect();
         assert_eq!(labels, ["−0.2", "0.0", "0.2"]);
-        let log = Scale::SymLog { min: -20.0, max: 20.0, threshold: 0.02 };
-        let labels: Vec<String> = log.ticks().iter().map(|&tick| label(log, &log.ticks(), tick)).collect();
-        assert_eq!(labels, ["−10", "−1", "−0.1", "−0.01", "0", "0.01", "0.1", "1", "10"]);
+        let log = Scale::SymLog {
+            min: -20.0,
+            max: 20.0,
+            threshold: 0.02,
+        };
+        let labels: Vec<String> = log
+            .ticks()
+            .iter()
+            .map(|&tick| label(log, &log.ticks(), tick))
+            .collect();
+        assert_eq!(
+            labels,
+            ["−10", "−1", "−0.1", "−0.01", "0", "0.01", "0.1", "1", "10"]
+        );
         assert_eq!(label(log, &[], 1e-5), "10⁻⁵");
     }
 }

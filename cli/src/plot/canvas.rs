@@ -3,7 +3,9 @@
 use super::colours::Rgb;
 use super::text::{Anchor, Typeface};
 use crate::error::{Error, ErrorKind, Result};
-use tiny_skia::{FillRule, Paint, Path, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform};
+use tiny_skia::{
+    FillRule, Paint, Path, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform,
+};
 
 /// An ink: sRGB and opacity, 0 to 255.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +34,9 @@ impl Canvas {
     /// A white picture.
     pub(super) fn new(width: u32, height: u32) -> Result<Self> {
         let (Some(mut pixmap), Some(face)) = (Pixmap::new(width, height), Typeface::new()) else {
-            return Err(Error::usage(format!("a picture of {width} × {height} pixels cannot be made")));
+            return Err(Error::usage(format!(
+                "a picture of {width} × {height} pixels cannot be made"
+            )));
         };
         pixmap.fill(tiny_skia::Color::WHITE);
         Ok(Self { pixmap, face })
@@ -45,8 +49,14 @@ impl Canvas {
             return;
         }
         if let Some(pixel) = self.pixmap.pixels_mut().get_mut(index) {
-            let mix = |new: f64, old: u8| (new * coverage + f64::from(old) * (1.0 - coverage)).round() as u8;
-            let (r, g, b) = (mix(colour[0], pixel.red()), mix(colour[1], pixel.green()), mix(colour[2], pixel.blue()));
+            let mix = |new: f64, old: u8| {
+                (new * coverage + f64::from(old) * (1.0 - coverage)).round() as u8
+            };
+            let (r, g, b) = (
+                mix(colour[0], pixel.red()),
+                mix(colour[1], pixel.green()),
+                mix(colour[2], pixel.blue()),
+            );
             if let Some(mixed) = PremultipliedColorU8::from_rgba(r, g, b, 255) {
                 *pixel = mixed;
             }
@@ -55,7 +65,8 @@ impl Canvas {
 
     pub(super) fn fill(&mut self, frame: Frame, ink: Ink) {
         if let Some(rect) = Rect::from_xywh(frame.x, frame.y, frame.width, frame.height) {
-            self.pixmap.fill_rect(rect, &paint(ink), Transform::identity(), None);
+            self.pixmap
+                .fill_rect(rect, &paint(ink), Transform::identity(), None);
         }
     }
 
@@ -109,8 +120,12 @@ impl Canvas {
 
     /// The picture as a PNG file, without time stamps: the same picture gives the same bytes.
     pub(super) fn png(&self) -> Result<Vec<u8>> {
-        let rgb: Vec<u8> =
-            self.pixmap.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
+        let rgb: Vec<u8> = self
+            .pixmap
+            .pixels()
+            .iter()
+            .flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
+            .collect();
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.pixmap.width(), self.pixmap.height());
         encoder.set_color(png::ColorType::Rgb);
@@ -119,12 +134,20 @@ impl Canvas {
             writer.write_image_data(&rgb)?;
             writer.finish()
         });
-        written.map_err(|cause| Error::new(ErrorKind::Io, format!("cannot encode the picture: {cause}")))?;
+        written.map_err(|cause| {
+            Error::new(ErrorKind::Io, format!("cannot encode the picture: {cause}"))
+        })?;
         Ok(bytes)
     }
 
     fn fill_path(&mut self, path: &Path, ink: Ink) {
-        self.pixmap.fill_path(path, &paint(ink), FillRule::Winding, Transform::identity(), None);
+        self.pixmap.fill_path(
+            path,
+            &paint(ink),
+            FillRule::Winding,
+            Transform::identity(),
+            None,
+        );
     }
 
     fn stroke_path(&mut self, path: &Path, width: f32, ink: Ink) {
@@ -133,7 +156,8 @@ impl Canvas {
             line_join: tiny_skia::LineJoin::Round,
             ..Stroke::default()
         };
-        self.pixmap.stroke_path(path, &paint(ink), &stroke, Transform::identity(), None);
+        self.pixmap
+            .stroke_path(path, &paint(ink), &stroke, Transform::identity(), None);
     }
 }
 

@@ -95,6 +95,8 @@ impl Colours {
         let place = t.clamp(0.0, 1.0) * last as f64;
         let below = (place as usize).min(last - 1);
         let share = place - below as f64;
-        std::array::from_fn(|channel| stops[below][channel] * (1.0 - share) + stops[below + 1][channel] * share)
+        std::array::from_fn(|channel| {
+            stops[below][channel] * (1.0 - share) + stops[below + 1][channel] * share
+        })
     }
 }

@@ -52,7 +52,14 @@ impl Overview<'_> {
         let height = heading + large + 2.0 * small + 20.0;
         let mut canvas = Canvas::new(WIDTH, height as u32)?;
         canvas.text(&self.title, 40.0, Anchor::Middle, width / 2.0, 62.0, TEXT);
-        canvas.text(&self.subtitle, 23.0, Anchor::Middle, width / 2.0, 100.0, FAINT);
+        canvas.text(
+            &self.subtitle,
+            23.0,
+            Anchor::Middle,
+            width / 2.0,
+            100.0,
+            FAINT,
+        );
         let frame = |column: f32, y: f32| Frame {
             x: column * width / 2.0,
             y,
@@ -66,13 +73,56 @@ impl Overview<'_> {
             height: large,
         };
         let (second, third) = (heading + large, heading + large + small);
-        let (log, linear) = (Scale::symlog_of as fn(&[f64]) -> Scale, Scale::linear_of as fn(&[f64]) -> Scale);
+        let (log, linear) = (
+            Scale::symlog_of as fn(&[f64]) -> Scale,
+            Scale::linear_of as fn(&[f64]) -> Scale,
+        );
         for (panel, title, unit, scale, colours, frame, size) in [
-            (self.i, "Intensity I, 353 GHz", "MJy/sr", log, Colours::Inferno, first, 23.0),
-            (self.q, "Stokes Q, 353 GHz", "MJy/sr", log, Colours::Planck, frame(0.0, second), 20.0),
-            (self.u, "Stokes U, 353 GHz", "MJy/sr", log, Colours::Planck, frame(1.0, second), 20.0),
-            (self.t, "Temperature T of the fitted total", "K", linear, Colours::Planck, frame(0.0, third), 20.0),
-            (self.beta, "Spectral index β of the fitted total", "", linear, Colours::Planck, frame(1.0, third), 20.0),
+            (
+                self.i,
+                "Intensity I, 353 GHz",
+                "MJy/sr",
+                log,
+                Colours::Inferno,
+                first,
+                23.0,
+            ),
+            (
+                self.q,
+                "Stokes Q, 353 GHz",
+                "MJy/sr",
+                log,
+                Colours::Planck,
+                frame(0.0, second),
+                20.0,
+            ),
+            (
+                self.u,
+                "Stokes U, 353 GHz",
+                "MJy/sr",
+                log,
+                Colours::Planck,
+                frame(1.0, second),
+                20.0,
+            ),
+            (
+                self.t,
+                "Temperature T of the fitted total",
+                "K",
+                linear,
+                Colours::Planck,
+                frame(0.0, third),
+                20.0,
+            ),
+            (
+                self.beta,
+                "Spectral index β of the fitted total",
+                "",
+                linear,
+                Colours::Planck,
+                frame(1.0, third),
+                20.0,
+            ),
         ] {
             let plot = MapPlot {
                 nside: panel.nside,

@@ -48,7 +48,11 @@ impl View {
                 let lon = if cos > 0.0 { -FRAC_PI_2 * x / cos } else { 0.0 };
                 Some((lon, lat))
             }
-            Self::Gnomonic { lon_deg, lat_deg, size_deg } => {
+            Self::Gnomonic {
+                lon_deg,
+                lat_deg,
+                size_deg,
+            } => {
                 let reach = (size_deg.to_radians() / 2.0).tan();
                 let (sin, cos) = lat_deg.to_radians().sin_cos();
                 // Tangent plane: e points east (to the left), n north, the unit vector to the middle is the third axis.
@@ -66,10 +70,18 @@ impl View {
         match self {
             Self::Mollweide => {
                 let angle = auxiliary_angle(lat);
-                let lon = if lon.abs() <= PI { lon } else { lon - 2.0 * PI * (lon / (2.0 * PI)).round() };
+                let lon = if lon.abs() <= PI {
+                    lon
+                } else {
+                    lon - 2.0 * PI * (lon / (2.0 * PI)).round()
+                };
                 Some((-lon * angle.cos() / FRAC_PI_2, angle.sin()))
             }
-            Self::Gnomonic { lon_deg, lat_deg, size_deg } => {
+            Self::Gnomonic {
+                lon_deg,
+                lat_deg,
+                size_deg,
+            } => {
                 let reach = (size_deg.to_radians() / 2.0).tan();
                 let (sin0, cos0) = lat_deg.to_radians().sin_cos();
                 let (sin, cos) = lat.sin_cos();
@@ -111,8 +123,16 @@ mod tests {
     fn prop_grid_plane_inverts_sky() {
         let views = [
             View::Mollweide,
-            View::Gnomonic { lon_deg: 30.0, lat_deg: 50.0, size_deg: 40.0 },
-            View::Gnomonic { lon_deg: 0.0, lat_deg: -90.0, size_deg: 100.0 },
+            View::Gnomonic {
+                lon_deg: 30.0,
+                lat_deg: 50.0,
+                size_deg: 40.0,
+            },
+            View::Gnomonic {
+                lon_deg: 0.0,
+                lat_deg: -90.0,
+                size_deg: 100.0,
+            },
         ];
         for view in views {
             for i in -19..20 {
@@ -120,7 +140,10 @@ mod tests {
                     let (x, y) = (f64::from(i) / 20.0 * view.half_width(), f64::from(j) / 20.0);
                     if let Some(direction) = view.sky(x, y) {
                         let (x2, y2) = view.plane(direction).expect("in front");
-                        assert!((x - x2).abs() < 1e-8 && (y - y2).abs() < 1e-8, "{view:?} {x} {y} {x2} {y2}");
+                        assert!(
+                            (x - x2).abs() < 1e-8 && (y - y2).abs() < 1e-8,
+                            "{view:?} {x} {y} {x2} {y2}"
+                        );
                     }
                 }
             }
@@ -135,12 +158,20 @@ mod tests {
         let (lon, lat) = View::Mollweide.sky(-1.0, 0.0).expect("on the sky");
         assert!((lon - FRAC_PI_2).abs() < 1e-12 && lat.abs() < 1e-12);
         // Half of the sphere lies within 30° of the equator: its parallel is the one of sin b = 1/2.
-        let (_, y) = View::Mollweide.plane((0.0, 30.0_f64.to_radians())).expect("on the sky");
+        let (_, y) = View::Mollweide
+            .plane((0.0, 30.0_f64.to_radians()))
+            .expect("on the sky");
         let angle = y.asin();
         assert!((2.0 * angle + (2.0 * angle).sin() - PI / 2.0).abs() < 1e-12);
-        let detail = View::Gnomonic { lon_deg: 120.0, lat_deg: -30.0, size_deg: 20.0 };
+        let detail = View::Gnomonic {
+            lon_deg: 120.0,
+            lat_deg: -30.0,
+            size_deg: 20.0,
+        };
         let (lon, lat) = detail.sky(0.0, 1.0).expect("on the sky");
-        assert!((lat.to_degrees() + 20.0).abs() < 1e-10 && (lon.to_degrees() - 120.0).abs() < 1e-10);
+        assert!(
+            (lat.to_degrees() + 20.0).abs() < 1e-10 && (lon.to_degrees() - 120.0).abs() < 1e-10
+        );
         let (lon, _) = detail.sky(-0.5, 0.0).expect("on the sky");
         assert!(lon.to_degrees() > 120.0, "east is left");
     }

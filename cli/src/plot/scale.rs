@@ -36,16 +36,28 @@ impl Scale {
     /// exceeds; of values without sign: from 0 or the lowest. The threshold is the median magnitude.
     #[must_use]
     pub fn symlog_of(values: &[f64]) -> Self {
-        let magnitudes = sorted(values.iter().copied().map(f64::abs).filter(|value| !is_missing(-value)));
+        let magnitudes = sorted(
+            values
+                .iter()
+                .copied()
+                .map(f64::abs)
+                .filter(|value| !is_missing(-value)),
+        );
         let mut max = quantile(&magnitudes, 0.995);
         if max <= 0.0 {
-            max = magnitudes.last().copied().filter(|max| *max > 0.0).unwrap_or(1.0);
+            max = magnitudes
+                .last()
+                .copied()
+                .filter(|max| *max > 0.0)
+                .unwrap_or(1.0);
         }
         let mut threshold = quantile(&magnitudes, 0.5);
         if threshold <= 0.0 || threshold > max {
             threshold = max / 10.0;
         }
-        let negative = values.iter().any(|&value| value < 0.0 && !is_missing(value));
+        let negative = values
+            .iter()
+            .any(|&value| value < 0.0 && !is_missing(value));
         Self::SymLog {
             min: if negative { -max } else { 0.0 },
             max,
@@ -61,7 +73,11 @@ impl Scale {
                 min: low.unwrap_or(min),
                 max: high.unwrap_or(max),
             },
-            Self::SymLog { min, max, threshold } => Self::SymLog {
+            Self::SymLog {
+                min,
+                max,
+                threshold,
+            } => Self::SymLog {
                 min: low.unwrap_or(min),
                 max: high.unwrap_or(max),
                 threshold,
@@ -110,13 +126,17 @@ impl Scale {
                 let step = round_step((max - min) / 4.0);
                 let first = (min / step).ceil();
                 let count = ((max / step).floor() - first).max(0.0) as usize;
-                (0..=count).map(|index| (first + index as f64) * step).collect()
+                (0..=count)
+                    .map(|index| (first + index as f64) * step)
+                    .collect()
             }
             Self::SymLog { threshold, .. } => {
                 let reach = min.abs().max(max.abs());
                 let lowest = threshold.log10().floor() as i32;
                 let highest = reach.log10().floor() as i32;
-                let decades: Vec<f64> = (lowest..=highest).map(|power| 10.0_f64.powi(power)).collect();
+                let decades: Vec<f64> = (lowest..=highest)
+                    .map(|power| 10.0_f64.powi(power))
+                    .collect();
                 let negative = decades.iter().rev().map(|value| -value);
                 let all = negative.chain([0.0]).chain(decades.iter().copied());
                 all.filter(|value| (min..=max).contains(value)).collect()
@@ -128,7 +148,9 @@ impl Scale {
 /// 1, 2 or 5 times a power of ten, at least about `rough`.
 pub(super) fn round_step(rough: f64) -> f64 {
     let power = 10.0_f64.powf(rough.log10().floor());
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * power >= 0.99 * rough);
+    let factor = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|factor| factor * power >= 0.99 * rough);
     factor.unwrap_or(10.0) * power
 }
 
@@ -140,7 +162,10 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
 
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
-    sorted.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
+    sorted
+        .get((share * last as f64).round() as usize)
+        .copied()
+        .unwrap_or(0.0)
 }
 
 /// Ends that differ, so that a constant map has a picture too.

@@ -29,7 +29,14 @@ impl Typeface {
     }
 
     /// The outlines of a text whose baseline passes through (x, y); y downwards.
-    pub(super) fn outline(&self, text: &str, size: f32, anchor: Anchor, x: f32, y: f32) -> Option<Path> {
+    pub(super) fn outline(
+        &self,
+        text: &str,
+        size: f32,
+        anchor: Anchor,
+        x: f32,
+        y: f32,
+    ) -> Option<Path> {
         let unit = size / self.0.units_per_em().unwrap_or(2048.0);
         let width = self.width(text, size);
         let left = match anchor {
@@ -44,7 +51,9 @@ impl Typeface {
             start = end;
         }
         // Font units have y upwards.
-        builder.finish()?.transform(Transform::from_row(unit, 0.0, 0.0, -unit, left, y))
+        builder
+            .finish()?
+            .transform(Transform::from_row(unit, 0.0, 0.0, -unit, left, y))
     }
 
     /// The glyphs with the place where each ends, in font units; kerned.
@@ -69,7 +78,9 @@ impl Typeface {
         let mut pen: Option<ab_glyph::Point> = None;
         for curve in outline.curves {
             let (from, to) = match curve {
-                OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, _, _, to) => (from, to),
+                OutlineCurve::Line(from, to)
+                | OutlineCurve::Quad(from, _, to)
+                | OutlineCurve::Cubic(from, _, _, to) => (from, to),
             };
             // Contours follow each other without a mark: a new one begins where the pen is not.
             if pen != Some(from) {
@@ -100,12 +111,20 @@ mod tests {
     #[test]
     fn embedded_font_draws_every_letter_in_use() {
         let face = Typeface::new().expect("the embedded font is sound");
-        for letter in "AZaz09 τβµ°⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂−×√≤σκ%()[]".chars() {
+        for letter in "AZaz09 τβµ°⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂−×√≤σκ%()[]".chars()
+        {
             assert_ne!(face.0.glyph_id(letter), GlyphId(0), "no glyph for {letter}");
         }
         assert!(face.width("MM", 10.0) > face.width("il", 10.0));
-        let path = face.outline("β", 20.0, Anchor::Left, 5.0, 30.0).expect("has an outline");
+        let path = face
+            .outline("β", 20.0, Anchor::Left, 5.0, 30.0)
+            .expect("has an outline");
         let bounds = path.bounds();
-        assert!(bounds.left() > 4.0 && bounds.right() < 25.0 && bounds.top() > 5.0 && bounds.bottom() < 40.0);
+        assert!(
+            bounds.left() > 4.0
+                && bounds.right() < 25.0
+                && bounds.top() > 5.0
+                && bounds.bottom() < 40.0
+        );
     }
 }

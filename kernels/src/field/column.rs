@@ -87,7 +87,8 @@ fn columns<L: Lanes>(
             let (centre, half) = (0.5 * (near + far), 0.5 * (far - near));
             let mut sum = L::splat(token, 0.0);
             for (abscissa, weight) in RULE {
-                let pair = density_at(centre - half * abscissa) + density_at(centre + half * abscissa);
+                let pair =
+                    density_at(centre - half * abscissa) + density_at(centre + half * abscissa);
                 sum = pair.mul_add(L::splat(token, weight), sum);
             }
             let column = sum * L::splat(token, 4.0 * half);

@@ -40,7 +40,11 @@ pub fn find_root<E>(
             return Ok(x);
         }
         if (fc < 0.0) != (fx < 0.0) {
-            (a, fa, b, fb) = if c < x { (c, fc, x, fx) } else { (x, fx, c, fc) };
+            (a, fa, b, fb) = if c < x {
+                (c, fc, x, fx)
+            } else {
+                (x, fx, c, fc)
+            };
         } else if (fa < 0.0) != (fx < 0.0) {
             (b, fb) = (x, fx);
         } else {

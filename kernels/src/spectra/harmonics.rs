@@ -31,7 +31,8 @@ pub fn cross_spectrum(
     let (mut a, mut b) = (a, b);
     for m in 0..=lmax {
         let n = lmax + 1 - m;
-        let (Some((am, rest_a)), Some((bm, rest_b))) = (a.split_at_checked(n), b.split_at_checked(n))
+        let (Some((am, rest_a)), Some((bm, rest_b))) =
+            (a.split_at_checked(n), b.split_at_checked(n))
         else {
             break;
         };

@@ -18,14 +18,13 @@ use crate::Error;
 use crate::io::inputs::modulus_label;
 use crate::io::{InputMap, Inputs};
 use crate::parallel;
-use crate::random::white_alm;
+use crate::random::{Stage, white_alm};
 use crate::sht::ShtPlan;
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
 use dust3d_kernels::healpix::missing::MISSING;
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::planck::spectrum::planck_scalar;
-use dust3d_kernels::random::Stage;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{beam, scale_by_l};
 use dust3d_kernels::units::{NU_100UM_GHZ, NU0_GHZ};
@@ -216,7 +215,7 @@ fn red_alm(
     slope: f64,
     beam_rad: f64,
 ) -> Result<Vec<Complex<f64>>, Error> {
-    let mut alm = white_alm(seed, Stage::Sky, layer, field, lmax)?;
+    let mut alm = white_alm(seed, Stage::BuiltinSky, layer, field, lmax)?;
     let amplitude: Vec<f64> = (0..=lmax)
         .map(|l| match l {
             0 | 1 => 0.0,

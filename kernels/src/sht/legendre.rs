@@ -47,11 +47,14 @@ fn begin<L: Lanes, const V: usize>(
     m: usize,
     norm: f64,
 ) -> ([L; V], [Scaled<L>; V]) {
-    let y = core::array::from_fn(|v| L::load(token, &rings[v].y));
-    let start = core::array::from_fn(|v| {
+    let zero = L::splat(token, 0.0);
+    let mut y = [zero; V];
+    let mut start = [Scaled { q: zero, s: zero }; V];
+    for v in 0..V {
         let r = &rings[v];
-        power::<L>(token, norm, (m as f64, &r.log_sin), (0.0, &r.log_sin))
-    });
+        y[v] = L::load(token, &r.y);
+        start[v] = power::<L>(token, norm, (m as f64, &r.log_sin), (0.0, &r.log_sin));
+    }
     (y, start)
 }
 
@@ -120,7 +123,11 @@ fn all_started<L: Lanes, const V: usize>(token: L::Token, s: &[L; V]) -> bool {
 #[inline(always)]
 fn masked<L: Lanes, const V: usize>(token: L::Token, q: &[L; V], s: &[L; V]) -> [L; V] {
     let zero = L::splat(token, 0.0);
-    core::array::from_fn(|v| L::select(s[v].eq(zero), q[v], zero))
+    let mut live = [zero; V];
+    for v in 0..V {
+        live[v] = L::select(s[v].eq(zero), q[v], zero);
+    }
+    live
 }
 
 type Accumulators<L, const V: usize, const C: usize> = [[[L; 4]; C]; V];
@@ -153,9 +160,10 @@ fn synthesis_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize
 ) -> [[PhaseBlock; C]; V] {
     let (y, start) = begin::<L, V>(token, rings, m, norm);
     let zero = L::splat(token, 0.0);
-    let mut q: [L; V] = core::array::from_fn(|v| start[v].q);
-    let mut s: [L; V] = core::array::from_fn(|v| start[v].s);
-    let mut before = [zero; V];
+    let (mut q, mut s, mut before) = ([zero; V], [zero; V], [zero; V]);
+    for v in 0..V {
+        (q[v], s[v]) = (start[v].q, start[v].s);
+    }
     let mut sums: Accumulators<L, V, C> = [[[zero; 4]; C]; V];
 
     let n = start_phase::<L, V, COLUMN>(token, steps, &y, &mut q, &mut before, &mut s);
@@ -366,9 +374,10 @@ fn adjoint_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
 ) {
     let (y, start) = begin::<L, V>(token, rings, m, norm);
     let zero = L::splat(token, 0.0);
-    let mut q: [L; V] = core::array::from_fn(|v| start[v].q);
-    let mut s: [L; V] = core::array::from_fn(|v| start[v].s);
-    let mut before = [zero; V];
+    let (mut q, mut s, mut before) = ([zero; V], [zero; V], [zero; V]);
+    for v in 0..V {
+        (q[v], s[v]) = (start[v].q, start[v].s);
+    }
 
     let n = start_phase::<L, V, COLUMN>(token, steps, &y, &mut q, &mut before, &mut s);
     let steps = steps.get(n..).unwrap_or(&[]);

@@ -93,9 +93,8 @@ pub fn phase_table(shapes: &RingShapes, out: &mut [PhaseTable]) {
 fn phase<L: Lanes>(token: L::Token, m: usize, table: &[PhaseTable], scale: L) -> Option<(L, L)> {
     let fine = table.get(m % FINE)?;
     let coarse = table.get(FINE + m / FINE)?;
-    let load = |x: &[f64; 8]| L::load(token, x);
-    let (c0, s0) = (load(&fine[0]), load(&fine[1]));
-    let (c1, s1) = (load(&coarse[0]), load(&coarse[1]));
+    let (c0, s0) = (L::load(token, &fine[0]), L::load(token, &fine[1]));
+    let (c1, s1) = (L::load(token, &coarse[0]), L::load(token, &coarse[1]));
     Some((
         c0.mul_sub(c1, s0 * s1) * scale,
         c0.mul_add(s1, s0 * c1) * scale,
@@ -125,10 +124,10 @@ fn spectrum_body<'a, L: Lanes>(
         let Some((c, s)) = phase::<L>(token, m, table, scale) else {
             return;
         };
-        let [nr, ni, sr, si] = [0, 1, 2, 3].map(|k| L::load(token, &block[k]));
-        let rotate = |re: L, im: L| (re.mul_sub(c, im * s), re.mul_add(s, im * c));
-        let (nr, ni) = rotate(nr, ni);
-        let (sr, si) = rotate(sr, si);
+        let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
+        let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
+        let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
+        let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
         if m == 0 {
             let (nr, sr) = (nr.to_array(), sr.to_array());
             for lane in 0..8 {
@@ -239,16 +238,15 @@ fn phases_body<'a, L: Lanes>(
                 z[3][lane] = minus.im;
             }
         }
-        let [pr, pi, mr, mi] = [0, 1, 2, 3].map(|k| L::load(token, &z[k]));
+        let (pr, pi) = (L::load(token, &z[0]), L::load(token, &z[1]));
+        let (mr, mi) = (L::load(token, &z[2]), L::load(token, &z[3]));
         // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
         let (nr, ni) = ((pr + mr) * half, (pi - mi) * half);
         let (sr, si) = ((pi + mi) * half, (mr - pr) * half);
-        let rotate = |re: L, im: L| (re.mul_add(c, im * s), im.mul_sub(c, re * s));
-        let (nr, ni) = rotate(nr, ni);
-        let (sr, si) = rotate(sr, si);
-        for (to, x) in block.iter_mut().zip([nr, ni, sr, si]) {
-            x.store(to);
-        }
+        nr.mul_add(c, ni * s).store(&mut block[0]);
+        ni.mul_sub(c, nr * s).store(&mut block[1]);
+        sr.mul_add(c, si * s).store(&mut block[2]);
+        si.mul_sub(c, sr * s).store(&mut block[3]);
         if m == 0 {
             block[1] = [0.0; 8];
             block[3] = [0.0; 8];

@@ -42,7 +42,7 @@ fn exp2_fraction<L: Lanes>(token: L::Token, f: L) -> L {
         9.618129107628477e-3,
         5.5504108664821580e-2,
         2.4022650695910072e-1,
-        6.9314718055994531e-1,
+        core::f64::consts::LN_2,
     ];
     let mut sum = L::splat(token, C[0]);
     for &c in &C[1..] {

@@ -15,7 +15,7 @@
 
 use super::legendre::{Coefficient, PhaseBlock, Sums};
 use super::rings::RingBlock;
-use super::start::{CHECK, Scaled, power, rescale};
+use super::start::{CHECK, power, rescale};
 use crate::error::Error;
 use crate::scalar;
 use crate::simd::{Lanes, Level, Mask};
@@ -155,29 +155,22 @@ impl<L: Lanes, const V: usize> State<L, V> {
         let zero = L::splat(token, 0.0);
         let outer = m.abs_diff(2) as f64;
         let inner = (2 * m.min(2)) as f64;
-        let start: [[Scaled<L>; 2]; V] = core::array::from_fn(|v| {
-            let r = &rings[v];
-            [
-                power::<L>(
-                    token,
-                    norms[0],
-                    (outer, &r.log_sin),
-                    (inner, &r.log_sin_half),
-                ),
-                power::<L>(
-                    token,
-                    norms[1],
-                    (outer, &r.log_sin),
-                    (inner, &r.log_cos_half),
-                ),
-            ]
-        });
-        Self {
-            y: core::array::from_fn(|v| L::load(token, &rings[v].minus_versine)),
-            q: core::array::from_fn(|v| [start[v][0].q, start[v][1].q]),
+        let mut state = Self {
+            y: [zero; V],
+            q: [[zero; 2]; V],
             before: [[zero; 2]; V],
-            s: core::array::from_fn(|v| [start[v][0].s, start[v][1].s]),
+            s: [[zero; 2]; V],
+        };
+        for v in 0..V {
+            let r = &rings[v];
+            state.y[v] = L::load(token, &r.minus_versine);
+            let outer = (outer, &r.log_sin);
+            let plus = power::<L>(token, norms[0], outer, (inner, &r.log_sin_half));
+            let minus = power::<L>(token, norms[1], outer, (inner, &r.log_cos_half));
+            state.q[v] = [plus.q, minus.q];
+            state.s[v] = [plus.s, minus.s];
         }
+        state
     }
 
     #[inline(always)]
@@ -212,9 +205,13 @@ impl<L: Lanes, const V: usize> State<L, V> {
     #[inline(always)]
     fn live(&self, token: L::Token) -> [[L; 2]; V] {
         let zero = L::splat(token, 0.0);
-        core::array::from_fn(|v| {
-            core::array::from_fn(|i| L::select(self.s[v][i].eq(zero), self.q[v][i], zero))
-        })
+        let mut live = [[zero; 2]; V];
+        for v in 0..V {
+            for i in 0..2 {
+                live[v][i] = L::select(self.s[v][i].eq(zero), self.q[v][i], zero);
+            }
+        }
+        live
     }
 
     #[inline(always)]
@@ -321,6 +318,56 @@ fn synthesis_group<L: Lanes, const V: usize>(
     sums
 }
 
+/// Sums of one block → Q = S⁺ + S⁻, U = i (S⁻ − S⁺), the southern ones with their sign.
+#[inline(always)]
+fn store_pair<L: Lanes>(
+    sums: &[L; 8],
+    sign: L,
+    q: Option<&mut PhaseBlock>,
+    u: Option<&mut PhaseBlock>,
+) {
+    let (Some(q), Some(u)) = (q, u) else {
+        return;
+    };
+    let [pr, pi, mr, mi, ..] = *sums;
+    (pr + mr).store(&mut q[0]);
+    (pi + mi).store(&mut q[1]);
+    (pi - mi).store(&mut u[0]);
+    (mr - pr).store(&mut u[1]);
+    let [.., pr, pi, mr, mi] = *sums;
+    ((pr + mr) * sign).store(&mut q[2]);
+    ((pi + mi) * sign).store(&mut q[3]);
+    ((pi - mi) * sign).store(&mut u[2]);
+    ((mr - pr) * sign).store(&mut u[3]);
+}
+
+/// The transpose of [`store_pair`].
+#[inline(always)]
+fn load_pair<L: Lanes>(
+    token: L::Token,
+    sign: L,
+    q: Option<&PhaseBlock>,
+    u: Option<&PhaseBlock>,
+) -> [L; 8] {
+    let (Some(q), Some(u)) = (q, u) else {
+        return [L::splat(token, 0.0); 8];
+    };
+    let (qr, qi) = (L::load(token, &q[0]), L::load(token, &q[1]));
+    let (ur, ui) = (L::load(token, &u[0]), L::load(token, &u[1]));
+    let (sqr, sqi) = (L::load(token, &q[2]) * sign, L::load(token, &q[3]) * sign);
+    let (sur, sui) = (L::load(token, &u[2]) * sign, L::load(token, &u[3]) * sign);
+    [
+        qr - ui,
+        qi + ur,
+        qr + ui,
+        qi - ur,
+        sqr - sui,
+        sqi + sur,
+        sqr + sui,
+        sqi - sur,
+    ]
+}
+
 /// (−1)^(l₀ + m)
 const fn first_sign(m: usize) -> f64 {
     if m == 1 { -1.0 } else { 1.0 }
@@ -339,33 +386,19 @@ fn synthesis_body<L: Lanes, const V: usize>(
 ) {
     let sign = L::splat(token, first_sign(m));
     let mut at = rings.partition_point(|r| r.m_limit < m);
-    let mut write = |at: usize, sums: &[L; 8]| {
-        let (Some(q), Some(u)) = (q.get_mut(at), u.get_mut(at)) else {
-            return;
-        };
-        for (half, sign) in [(0, None), (4, Some(sign))] {
-            let [pr, pi, mr, mi] = [sums[half], sums[half + 1], sums[half + 2], sums[half + 3]]
-                .map(|x| sign.map_or(x, |s| x * s));
-            // Q = S⁺ + S⁻, U = i (S⁻ − S⁺)
-            (pr + mr).store(&mut q[half / 2]);
-            (pi + mi).store(&mut q[half / 2 + 1]);
-            (pi - mi).store(&mut u[half / 2]);
-            (mr - pr).store(&mut u[half / 2 + 1]);
-        }
-    };
     while let Some(rest) = rings.get(at..)
         && let Some(first) = rest.first()
     {
         if let Some(group) = rest.first_chunk::<V>() {
             let sums = synthesis_group::<L, V>(token, group, m, norms, steps, coefficients);
             for (v, sums) in sums.iter().enumerate() {
-                write(at + v, sums);
+                store_pair::<L>(sums, sign, q.get_mut(at + v), u.get_mut(at + v));
             }
             at += V;
         } else {
             let group = core::array::from_ref(first);
             let sums = synthesis_group::<L, 1>(token, group, m, norms, steps, coefficients);
-            write(at, &sums[0]);
+            store_pair::<L>(&sums[0], sign, q.get_mut(at), u.get_mut(at));
             at += 1;
         }
     }
@@ -502,36 +535,19 @@ fn adjoint_body<L: Lanes, const V: usize>(
     }
     let sign = L::splat(token, first_sign(m));
     let zero = L::splat(token, 0.0);
-    let read = |at: usize| -> [L; 8] {
-        let mut parts = [zero; 8];
-        let (Some(q), Some(u)) = (q.get(at), u.get(at)) else {
-            return parts;
-        };
-        for (half, sign) in [(0, None), (4, Some(sign))] {
-            let [qr, qi, ur, ui] = [
-                L::load(token, &q[half / 2]),
-                L::load(token, &q[half / 2 + 1]),
-                L::load(token, &u[half / 2]),
-                L::load(token, &u[half / 2 + 1]),
-            ]
-            .map(|x| sign.map_or(x, |s| x * s));
-            parts[half] = qr - ui;
-            parts[half + 1] = qi + ur;
-            parts[half + 2] = qr + ui;
-            parts[half + 3] = qi - ur;
-        }
-        parts
-    };
     let mut at = rings.partition_point(|r| r.m_limit < m);
     while let Some(rest) = rings.get(at..)
         && let Some(first) = rest.first()
     {
         if let Some(group) = rest.first_chunk::<V>() {
-            let parts: Parts<L, V> = core::array::from_fn(|v| read(at + v));
+            let mut parts: Parts<L, V> = [[zero; 8]; V];
+            for v in 0..V {
+                parts[v] = load_pair::<L>(token, sign, q.get(at + v), u.get(at + v));
+            }
             adjoint_group::<L, V>(token, group, m, norms, steps, &parts, sums);
             at += V;
         } else {
-            let parts: Parts<L, 1> = [read(at)];
+            let parts: Parts<L, 1> = [load_pair::<L>(token, sign, q.get(at), u.get(at))];
             let group = core::array::from_ref(first);
             adjoint_group::<L, 1>(token, group, m, norms, steps, &parts, sums);
             at += 1;

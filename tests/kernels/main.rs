@@ -3,6 +3,7 @@
 mod column;
 mod field;
 mod healpix;
+mod math;
 mod mbb_fit;
 mod pitch;
 mod planck;

@@ -20,8 +20,11 @@
 //! 4. *Poles of sech² at x = ±iπ/2.* The same with x = (π/2) sinh t.
 //! 5. *The line of sight runs along the field* (sin α = |cos(q + χ)| at b = 0): |cos|³ has a kink, smoothed over a
 //!    width |b| in χ. It may be anywhere, so the pieces are short in χ: at most [`turn_limit`].
+//! 6. *The same with sin^k α, k < 3*, near the plane: too sharp for rule 5. The panels then follow the pitch angle, and
+//!    are graded towards the tangent point χ_t: equal pieces of asinh((χ − χ_t)/η), η = tan |b|.
 
-use crate::scalar::{abs, atan2, exp, floor, ln, sin_cos, sqrt};
+use crate::scalar::{abs, asinh, atan2, exp, floor, ln, sin_cos, sinh, sqrt};
+use core::f64::consts::{FRAC_PI_2, PI};
 
 /// Density below e^−DROP of the largest on the segment is left out.
 const DROP: f64 = 30.0;
@@ -29,14 +32,19 @@ const DROP: f64 = 30.0;
 const STEP: f64 = 2.0;
 /// More panels than a segment can have: four between its cuts, and each rule adds no more than its whole range over
 /// its step, 22 for rule 3 (where |p| counts as at least 1e-9 of the segment), 12 for rule 4 (scale heights down to
-/// 1e-9 kpc), 8 for rule 5.
+/// 1e-9 kpc), 20 for rules 5 or 6.
 pub(crate) const MAX_PANELS: usize = 64;
 /// e^STEP.
-const STEP_RATIO: f64 = 7.38905609893065;
+const STEP_RATIO: f64 = 7.389_056_098_930_65;
+
+/// Longest panel of rule 6.
+const GRADE_STEP: f64 = 1.5;
+/// Rule 6 resolves nothing finer in χ.
+const FINEST: f64 = 1e-5;
 
 /// The largest turn of χ over one panel: the error of |cos|³ over a panel of turn Δ is 2e-6 Δ³ at b = 0.
 fn turn_limit(sin_b: f64) -> f64 {
-    0.4 + 4.5 * sin_b
+    0.25 + 3.0 * sin_b
 }
 
 /// The number of pieces for a ratio of lengths, never beyond what any line of sight needs.
@@ -79,6 +87,8 @@ pub(crate) struct Panel {
 pub(crate) struct Panels {
     list: [Panel; MAX_PANELS],
     count: usize,
+    /// Where in χ (0 … π) the line of sight runs along the field, if panels are to be graded towards it.
+    tangent: Option<f64>,
 }
 
 impl Panels {
@@ -92,6 +102,7 @@ impl Panels {
         Self {
             list: [none; MAX_PANELS],
             count: 0,
+            tangent: None,
         }
     }
 
@@ -229,8 +240,20 @@ impl Sight {
     /// Lists the panels of the segment a < r < b.
     ///
     /// Returns the stand-in's largest ln n on the segment, the reference of the weights.
-    pub(crate) fn panels(&self, a: f64, b: f64, out: &mut Panels) -> f64 {
+    ///
+    /// With `tangent` = sin q, cos q the panels are graded towards where the line of sight runs along the field of that
+    /// pitch angle, which integrates sin^k α for any k ≥ 0; without, they serve every pitch angle.
+    pub(crate) fn panels(&self, a: f64, b: f64, tangent: Option<f64>, out: &mut Panels) -> f64 {
         out.count = 0;
+        out.tangent = tangent.map(|pitch| {
+            // φ = q + χ = π/2 mod π, with χ counted from the line of sight towards e_R, 0 … π for either sign of p.
+            let turned = if self.impact < 0.0 {
+                pitch - FRAC_PI_2
+            } else {
+                FRAC_PI_2 - pitch
+            };
+            turned - PI * floor(turned / PI)
+        });
         let (start, peak, end, top) = self.support(a, b);
         // Cuts in increasing order: the hole's edges and the peak.
         let mut cuts = [end; 4];
@@ -301,10 +324,9 @@ impl Sight {
 
     /// Rule 4: equal pieces of asinh(2x/π).
     fn cut_height(&self, a: f64, b: f64, dark: bool, out: &mut Panels) {
-        const POLE: f64 = core::f64::consts::FRAC_PI_2;
         let grown = |r: f64| {
             let x = r * self.rise;
-            x + sqrt(x * x + POLE * POLE)
+            x + sqrt(x * x + FRAC_PI_2 * FRAC_PI_2)
         };
         let (first, last) = (grown(a), grown(b));
         let mut from = a;
@@ -315,7 +337,9 @@ impl Sight {
             let mut g = first;
             while left > 1.0 {
                 g *= ratio;
-                let to = (0.5 * (g - POLE * POLE / g) / self.rise).max(from).min(b);
+                let to = (0.5 * (g - FRAC_PI_2 * FRAC_PI_2 / g) / self.rise)
+                    .max(from)
+                    .min(b);
                 self.cut_turn(from, to, dark, out);
                 from = to;
                 left -= 1.0;
@@ -331,8 +355,13 @@ impl Sight {
         let limit = turn_limit(self.sin_b);
         let (cross, dot) = (p * (s_b - s_a), s_a * s_b + p * p);
         let mut from = a;
+        if let Some(tangent) = out.tangent
+            && !dark
+            && cross > 0.0
+        {
+            from = self.grade(a, b, tangent, out);
         // The turn is below its tangent, and mostly far below the limit: no arc tangent then.
-        if !dark && !(cross <= 0.5 * limit * dot) {
+        } else if !dark && !(cross <= 0.5 * limit * dot) {
             let turn = atan2(cross, dot);
             let mut left = pieces(turn / limit);
             let (sin, cos) = sin_cos(turn / left);
@@ -347,5 +376,43 @@ impl Sight {
             }
         }
         out.push(from, b, dark);
+    }
+
+    /// Rule 6: equal pieces of asinh((χ − χ_t)/η) on both sides of a tangent point; where the last one begins.
+    #[cold]
+    fn grade(&self, a: f64, b: f64, tangent: f64, out: &mut Panels) -> f64 {
+        let p = abs(self.impact);
+        let eta = (self.sin_b / self.cos_b).max(FINEST);
+        // χ falls along the line of sight.
+        let (first, last) = (atan2(p, self.s(a)), atan2(p, self.s(b)));
+        let at = |chi: f64| {
+            let (sin, cos) = sin_cos(chi);
+            ((p * (cos / sin) + self.ahead) / self.cos_b).max(a).min(b)
+        };
+        let grown = |x: f64| asinh(x / eta);
+        let mut from = a;
+        // The integrand has period π in χ: each point belongs to the nearest tangent.
+        for centre in [tangent + PI, tangent, tangent - PI] {
+            let high = first.min(centre + FRAC_PI_2);
+            let low = last.max(centre - FRAC_PI_2);
+            if !(high > low) {
+                continue;
+            }
+            let (start, end) = (grown(high - centre), grown(low - centre));
+            let mut left = pieces((start - end) / GRADE_STEP);
+            let step = (start - end) / left;
+            let mut t = start;
+            while left > 0.0 {
+                t -= step;
+                left -= 1.0;
+                if left == 0.0 && low == last {
+                    return from;
+                }
+                let to = at(centre + eta * sinh(t)).max(from);
+                out.push(from, to, false);
+                from = to;
+            }
+        }
+        from
     }
 }

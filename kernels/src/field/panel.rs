@@ -68,6 +68,9 @@ pub(crate) enum Depolarisation {
     Power(f64),
 }
 
+/// Above this |sin b| panels for every pitch angle resolve sin^k α for any k.
+const STEEP: f64 = 0.25;
+
 impl Depolarisation {
     pub(crate) fn new(k: f64) -> Self {
         if k == 3.0 {
@@ -77,6 +80,11 @@ impl Depolarisation {
         } else {
             Self::Power(0.5 * (k - 2.0))
         }
+    }
+
+    /// Is sin^k α so sharp along a line of sight that its panels must follow the pitch angle?
+    pub(crate) fn is_sharp(self, sight: &Sight) -> bool {
+        matches!(self, Self::Power(half) if half < 0.5) && sight.sin_b < STEEP
     }
 }
 
@@ -176,7 +184,11 @@ pub(crate) fn polarise<L: Lanes>(
             Depolarisation::Power(half_k) => {
                 // sin α = 0 exactly: the orientation is not defined, and no power may make it infinite.
                 let across = (c2 + tilted).max(L::splat(token, 1e-300));
-                weight * math::pow::<L>(token, across, L::splat(token, half_k))
+                weight
+                    * math::exp::<L>(
+                        token,
+                        math::ln::<L>(token, across) * L::splat(token, half_k),
+                    )
             }
         };
         q = (c2 - tilted).mul_add(weight, q);

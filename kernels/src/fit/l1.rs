@@ -127,12 +127,23 @@ fn scan<L: Lanes>(
             if i == 0.0 {
                 continue;
             }
-            let (nodes, i_m) = layer_nodes::<L>(token, &sight, [near, far], &mut panels, nodes);
-            let scale = L::splat(token, p0 * i / i_m);
-            for ([q_total, u_total], &pitch) in totals.iter_mut().zip(&*pitches) {
-                let (q, u) = polarise::<L>(token, nodes, pitch, &sight, law);
-                scale.mul_add(q, L::load(token, q_total)).store(q_total);
-                scale.mul_add(u, L::load(token, u_total)).store(u_total);
+            // Nodes for all pitch angles at once, or for one after the other.
+            let sharp = law.is_sharp(&sight);
+            let group = if sharp { 1 } else { n_q.max(1) };
+            let groups = totals
+                .chunks_mut(group)
+                .zip(pitches.chunks(group))
+                .zip(pitch_rad);
+            for ((totals, pitches), &pitch) in groups {
+                let tangent = sharp.then_some(pitch);
+                let (nodes, i_m) =
+                    layer_nodes::<L>(token, &sight, [near, far], tangent, &mut panels, nodes);
+                let scale = L::splat(token, p0 * i / i_m);
+                for ([q_total, u_total], &pitch) in totals.iter_mut().zip(pitches) {
+                    let (q, u) = polarise::<L>(token, nodes, pitch, &sight, law);
+                    scale.mul_add(q, L::load(token, q_total)).store(q_total);
+                    scale.mul_add(u, L::load(token, u_total)).store(u_total);
+                }
             }
         }
         let (Some(&q_obs), Some(&u_obs)) = (q_obs.get(pixel), u_obs.get(pixel)) else {

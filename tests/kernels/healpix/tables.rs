@@ -97,7 +97,7 @@ fn healpy_table_directions_and_weights() {
             );
         }
     }
-    HEALPIX_WEIGHTS.assert_tight(worst);
+    HEALPIX_WEIGHTS.hold(worst);
 }
 
 #[test]
@@ -152,9 +152,9 @@ fn mp_edges_centres() {
             .max((vector[0] - x).abs() / sine)
             .max((vector[1] - y).abs() / sine);
     }
-    HEALPIX_ANGLE.assert_tight(angle);
-    HEALPIX_Z.assert_tight(z_worst);
-    HEALPIX_XY.assert_tight(xy);
+    HEALPIX_ANGLE.hold(angle);
+    HEALPIX_Z.hold(z_worst);
+    HEALPIX_XY.hold(xy);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Random a_lm from the streams of the run's seed.
 
 use crate::Error;
-use dust3d_kernels::random::normal::white_alm_into;
 use dust3d_kernels::random::Stream;
+use dust3d_kernels::random::normal::white_alm_into;
 use dust3d_kernels::spectra::alm_len;
 use num_complex::Complex;
 

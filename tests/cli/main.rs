@@ -1,3 +1,8 @@
 //! End-to-end tests of the `dust3d` command and library.
 
+mod commands;
 mod config;
+mod maps;
+mod plots;
+mod refusals;
+mod shell;

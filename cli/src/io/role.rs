@@ -129,8 +129,9 @@ impl Role {
             Self::Intensity(ghz) => stokes('I', ghz),
             Self::StokesQ(ghz) => stokes('Q', ghz),
             Self::StokesU(ghz) => stokes('U', ghz),
-            // What healpy calls a column when nothing is said must not be taken for a dust temperature by its name.
+            // healpy calls any single map T or TEMPERATURE if it is not told more.
             Self::Temperature if name.0 == "TEMPERATURE" => Meaning::Wanted,
+            other if other != Self::Temperature && name.0 == "T" => Meaning::Neutral,
             other => parameter(other),
         }
     }

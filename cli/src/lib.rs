@@ -8,6 +8,8 @@
 //! | [`io`] | maps, observations, run directories, manifests |
 //! | [`plot`] | pictures of maps |
 //! | [`progress`] | who listens to a run |
+//! | [`pipeline`], [`stages`] | the stages and their order |
+//! | [`sht`] | spherical harmonic transforms |
 //! | [`error`] | the one error type |
 
 pub mod command;

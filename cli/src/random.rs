@@ -1,10 +1,21 @@
 //! Random a_lm from the streams of the run's seed.
 
 use crate::Error;
+use dust3d_kernels::random::Stream;
 use dust3d_kernels::random::normal::white_alm_into;
-use dust3d_kernels::random::{Stage, Stream};
 use dust3d_kernels::spectra::alm_len;
 use num_complex::Complex;
+
+/// What a stream of random numbers is for. The numbers are part of the meaning of a seed: never reuse or change one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The built-in sky.
+    BuiltinSky = 0,
+    /// Small scales of intensity and polarisation.
+    SmallScales = 1,
+    /// Temperature and spectral-index maps.
+    EmissionLaws = 2,
+}
 
 /// White Gaussian a_lm (⟨|a_lm|²⟩ = 1) of one field of a layer of a stage; the same up to any l for every `lmax`.
 ///
@@ -18,7 +29,7 @@ pub fn white_alm(
     lmax: usize,
 ) -> Result<Vec<Complex<f64>>, Error> {
     let layer = u32::try_from(layer).unwrap_or(u32::MAX);
-    let mut stream = Stream::new(seed, stage, layer, field)?;
+    let mut stream = Stream::new(seed, stage as u32, layer, field)?;
     let mut alm = vec![Complex::new(0.0, 0.0); alm_len(lmax)];
     white_alm_into(&mut stream, lmax, &mut alm)?;
     Ok(alm)

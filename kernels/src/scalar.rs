@@ -4,6 +4,6 @@
 //! other machines. Everything scalar goes through here; vector code uses [`crate::simd`].
 
 pub use libm::{
-    acos, asin, atan, atan2, cbrt, cos, cosh, exp, expm1, fabs as abs, floor, fma, hypot,
+    acos, asin, asinh, atan, atan2, cbrt, cos, cosh, exp, expm1, fabs as abs, floor, fma, hypot,
     log as ln, log1p as ln_1p, pow, rint, sin, sincos as sin_cos, sinh, sqrt, tan, tanh,
 };

@@ -1,1 +1,7 @@
 //! Tests of the kernels: healpix.
+
+mod brute;
+mod edges;
+mod props;
+mod resample;
+mod tables;

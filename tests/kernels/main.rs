@@ -1,11 +1,14 @@
 //! Tests of the kernels, one module per topic.
 
+mod column;
 mod field;
 mod healpix;
+mod math;
 mod mbb_fit;
 mod pitch;
 mod planck;
 mod random;
+mod root;
 mod sht;
 mod simd;
 mod spectra;

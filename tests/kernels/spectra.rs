@@ -1,9 +1,10 @@
 //! Windows, power-law fits, bins and 2×2 roots.
 
 use dust3d_kernels::spectra::{
-    Cov2, PowerLaw, beam, beam_complement, bin_range, binned_mean, fit_amplitude, fit_power_law,
-    fit_range, fwhm_to_sigma,
+    Cov2, PowerLaw, alm_len, beam, beam_complement, bin_range, binned_mean, cross_spectrum,
+    fit_amplitude, fit_power_law, fit_range, fwhm_to_sigma, scale_by_l,
 };
+use num_complex::Complex;
 use proptest::prelude::*;
 
 #[test]
@@ -126,4 +127,42 @@ proptest! {
         let same = Cov2 { xx: from.xx, xy: target_rho * s[0] * s[3], yy: to.yy };
         prop_assert_eq!(from.recolour(&same).a, 1.0);
     }
+}
+
+#[test]
+fn naive_cross_spectrum_and_scaling() {
+    let lmax = 5;
+    let index = |l: usize, m: usize| m * (2 * lmax + 1 - m) / 2 + l;
+    let mut a = vec![Complex::new(0.0, 0.0); alm_len(lmax)];
+    let mut b = a.clone();
+    for m in 0..=lmax {
+        for l in m..=lmax {
+            let x = (l * 7 + m * 3) as f64;
+            let im = if m == 0 { 0.0 } else { 1.0 };
+            a[index(l, m)] = Complex::new(x.sin(), im * x.cos());
+            b[index(l, m)] = Complex::new((2.0 * x).cos(), im * (3.0 * x).sin());
+        }
+    }
+    let mut c = vec![f64::NAN; lmax + 1];
+    cross_spectrum(&a, &b, &mut c).expect("lengths agree");
+    for l in 0..=lmax {
+        let mut sum = 0.0;
+        for m in 0..=l {
+            let term = (a[index(l, m)] * b[index(l, m)].conj()).re;
+            sum += if m == 0 { term } else { 2.0 * term };
+        }
+        assert!((c[l] - sum / (2 * l + 1) as f64).abs() < 1e-15);
+    }
+    let factor: Vec<f64> = (0..=lmax).map(|l| l as f64).collect();
+    let before = a.clone();
+    scale_by_l(&mut a, &factor).expect("lengths agree");
+    for m in 0..=lmax {
+        for l in m..=lmax {
+            assert_eq!(a[index(l, m)], before[index(l, m)] * l as f64);
+        }
+    }
+    assert!(cross_spectrum(&a[1..], &b, &mut c).is_err());
+    assert!(cross_spectrum(&a, &b, &mut []).is_err());
+    assert!(scale_by_l(&mut a[1..], &factor).is_err());
+    assert!(scale_by_l(&mut a, &[]).is_err());
 }

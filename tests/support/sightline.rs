@@ -136,7 +136,7 @@ pub fn ratios(model: &Model, lon: f64, lat: f64, near: f64, far: f64) -> [f64; 2
         .map(|c| kronrod(&integrand, c[0], c[1]).0[0])
         .sum();
     for c in cuts.windows(2) {
-        let part = adaptive(&integrand, c[0], c[1], 1e-13 * rough, 40);
+        let part = adaptive(&integrand, c[0], c[1], 1e-11 * rough, 40);
         for (t, p) in total.iter_mut().zip(part) {
             *t += p;
         }

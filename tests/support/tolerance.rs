@@ -1,1 +1,96 @@
 //! The one table of tolerances: kernel, measure, bound, why.
+
+/// A bound on an error, held by the tests.
+#[derive(Debug, Clone, Copy)]
+pub struct Tolerance {
+    /// The kernel or quantity.
+    pub kernel: &'static str,
+    /// What is measured, against what.
+    pub measure: &'static str,
+    /// The largest error allowed.
+    pub bound: f64,
+    /// Where the error comes from.
+    pub why: &'static str,
+}
+
+impl Tolerance {
+    /// Holds a measured largest error to the bound.
+    ///
+    /// # Panics
+    /// If it is above the bound, or ten times below it: then the table should say so.
+    pub fn hold(&self, worst: f64) {
+        assert!(
+            worst <= self.bound,
+            "{}: {} is {worst:.3e}, above {:.3e} ({})",
+            self.kernel,
+            self.measure,
+            self.bound,
+            self.why
+        );
+        assert!(
+            worst >= 0.1 * self.bound,
+            "{}: {} is {worst:.3e}, the bound {:.3e} could be tighter",
+            self.kernel,
+            self.measure,
+            self.bound
+        );
+    }
+}
+
+macro_rules! tolerances {
+    ($($name:ident: $kernel:literal, $measure:literal, $bound:literal, $why:literal;)*) => {$(
+        #[doc = concat!($kernel, ": ", $measure, ". ", $why)]
+        pub const $name: Tolerance = Tolerance {
+            kernel: $kernel,
+            measure: $measure,
+            bound: $bound,
+            why: $why,
+        };
+    )*};
+}
+
+<<<<<<< HEAD
+// Vector mathematics, 200-bit references, fused levels; portable in its own rows.
+tolerances! {
+    EXP: "exp", "ulp, fused", 1.0, "rounding of the reduced argument and the last sum";
+    EXPM1: "expm1", "ulp, fused", 2.0, "as exp; the sum is two bits below its terms at x = 0.36";
+    LN: "ln", "ulp, fused", 1.0, "quotient and two sums";
+    SIN: "sin", "ulp, fused", 1.0, "last sum; the reduced argument has two parts";
+    COS: "cos", "ulp, fused", 1.0, "as sin";
+    POW: "pow", "ulp, fused", 1.3, "as exp: the logarithm has two parts";
+    EXP_PORTABLE: "exp", "ulp, portable", 1.2, "products are rounded";
+    EXPM1_PORTABLE: "expm1", "ulp, portable", 2.0, "products are rounded";
+    LN_PORTABLE: "ln", "ulp, portable", 1.2, "products are rounded";
+    SIN_PORTABLE: "sin", "ulp, portable", 1.2, "products are rounded";
+    COS_PORTABLE: "cos", "ulp, portable", 1.2, "products are rounded";
+    POW_PORTABLE: "pow", "ulp, portable", 1.5, "products are rounded";
+}
+
+// Planck function and modified blackbodies, 50-digit references.
+tolerances! {
+    PLANCK: "planck_into", "relative, fused, any x below 690", 1e-15, "x carries two parts";
+    PLANCK_PORTABLE: "planck_into", "relative over max(1, x/3), portable", 1e-15, "x is rounded three times";
+    PLANCK_SCALAR: "planck_scalar", "relative, any x below 690", 1.5e-15, "the square of e^(−x/2)";
+    DERIVATIVE: "planck_derivative_into", "relative, fused, any x below 690", 1.5e-15, "as planck_into, one square more";
+    DERIVATIVE_SCALAR: "planck_derivative_scalar", "relative, any x below 690", 1.5e-15, "two squares";
+    RATIO: "planck_ratio_into", "relative, fused", 1.5e-15, "the cube of the ratio of frequencies; x − x₀ has two parts";
+    RATIO_SCALAR: "planck_ratio_scalar", "relative", 1.5e-15, "as planck_ratio_into";
+    MBB: "mbb_add", "relative over max(1, (|(3 + β) ln(ν/ν₀)| + |x − x₀|)/4), fused", 1.5e-15, "rounding of the exponent";
+    MBB_INTENSITY: "mbb_intensity_into", "relative over max(1, (|β ln(ν/ν₀)| + x)/4), fused", 1.5e-15, "rounding of the exponent";
+    UNIT: "Unit::from_mjysr", "relative", 2e-15, "as planck_derivative_scalar";
+    BAND: "band_weights_into", "relative, band integral in every unit", 5e-15, "rounding of steps and of the sum";
+}
+
+// Fit of modified blackbodies.
+tolerances! {
+    MBB_FIT_EXACT: "fit_into", "relative error of T, τ and absolute of β, noise-free", 1e-8, "conditioning at T = 60 K";
+    MBB_FIT: "fit_into", "T, τ relative, β absolute, against scipy", 1e-6, "the reference";
+=======
+// HEALPix: centres against 50 digits, weights against healpy.
+tolerances! {
+    HEALPIX_ANGLE: "healpix pix2ang", "ulp of θ, φ, sin θ", 2.5, "φ: a product with π/4 and a quotient; θ: the rounding of its sine";
+    HEALPIX_Z: "healpix pix2vec", "ulp of z", 1.0, "one quotient in the belt; 1 − t, with t to 1.5 ulp, in the caps";
+    HEALPIX_XY: "healpix pix2vec", "x, y over sin θ", 1.5e-15, "the rounding of φ, up to 8.9e-16 before 2π";
+    HEALPIX_WEIGHTS: "healpix interp", "weights over nside", 2e-15, "the rounding of θ, 4e-16 before π, over the spacing of rings, about 1/nside";
+>>>>>>> healpix
+}

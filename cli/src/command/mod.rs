@@ -1,7 +1,11 @@
 //! The `dust3d` command: arguments, and one module per subcommand. All work is done by the rest of the library.
 
+mod emit;
+mod fit;
 mod map;
+mod run;
 mod session;
+mod summary;
 
 use crate::config::DEFAULT_TOML;
 use crate::error::{Error, Result};
@@ -32,9 +36,15 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Run the whole pipeline, from observations to frequency maps
+    Run(run::Args),
     /// Print the complete default configuration, with a comment on every key
     #[command(after_help = "Example:\n  dust3d config > my.toml && dust3d run my.toml --out demo")]
     Config,
+    /// Frequency maps from a finished run
+    Emit(emit::Args),
+    /// Fit a modified blackbody (τ, T, β) in every pixel of intensity maps
+    Fit(fit::Args),
     /// Tools on single maps
     #[command(subcommand)]
     Map(map::Command),
@@ -61,6 +71,9 @@ fn execute(cli: Cli) -> Result<()> {
     let session = Session::new(cli.quiet, cli.threads.map(usize::from))?;
     match cli.command {
         Command::Config => print(DEFAULT_TOML),
+        Command::Run(args) => run::execute(&args, &session),
+        Command::Emit(args) => emit::execute(&args, &session),
+        Command::Fit(args) => fit::execute(&args, &session),
         Command::Map(command) => map::execute(command, &session),
     }
 }

@@ -263,16 +263,6 @@ impl Manifest {
         })
     }
 
-    /// The file of the run called `stem`, whatever its element type.
-    #[must_use]
-    pub fn file(&self, stem: &str) -> Option<&FileRecord> {
-        self.files.iter().find(|file| {
-            file.path
-                .rsplit_once('.')
-                .is_some_and(|(name, _)| name == stem)
-        })
-    }
-
     pub(super) fn to_json(&self) -> Vec<u8> {
         // The structs hold nothing that could fail to serialise.
         let mut text = serde_json::to_vec_pretty(self).unwrap_or_default();

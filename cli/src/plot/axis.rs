@@ -16,18 +16,19 @@ pub(super) fn colour_bar(
     beyond: (bool, bool),
     size: f32,
 ) {
+    // Whole pixels, so that colours do not mix with the paper.
     let bar = Frame {
-        height: size * 0.95,
-        ..frame
+        x: frame.x.round(),
+        y: frame.y.round(),
+        width: frame.width.round(),
+        height: (size * 0.95).round(),
     };
-    let steps = bar.width.ceil() as u32;
-    for step in 0..steps {
-        let [r, g, b] = colours
-            .at((f64::from(step) + 0.5) / f64::from(steps))
-            .map(|channel| channel.round() as u8);
-        let x = bar.x + step as f32;
-        let width = (bar.x + bar.width - x).min(1.0);
-        canvas.fill(Frame { x, width, ..bar }, Ink(r, g, b, 255));
+    let (columns, rows) = (bar.width as u32, bar.height as u32);
+    for column in 0..columns {
+        let colour = colours.at((f64::from(column) + 0.5) / f64::from(columns));
+        for row in 0..rows {
+            canvas.blend(bar.x as u32 + column, bar.y as u32 + row, colour, 1.0);
+        }
     }
     let line = size / 16.0;
     arrowheads(canvas, bar, colours, beyond, line);
@@ -35,7 +36,18 @@ pub(super) fn colour_bar(
     let baseline = bar.y + bar.height + size * 1.35;
     let mut taken = f32::NEG_INFINITY;
     // Zero is the number a reader looks for first; then the rest from left to right, where there is room.
-    let ticks = scale.ticks();
+    let (ticks, minor) = scale.ticks();
+    for value in minor {
+        let x = bar.x + bar.width * scale.position(value) as f32;
+        canvas.line(
+            &[
+                (x, bar.y + bar.height),
+                (x, bar.y + bar.height + size * 0.17),
+            ],
+            line,
+            FRAME,
+        );
+    }
     let zero = ticks
         .iter()
         .position(|&tick| tick == 0.0)
@@ -115,7 +127,7 @@ fn label(scale: Scale, ticks: &[f64], value: f64) -> String {
     let text = match scale {
         Scale::SymLog { .. } if value != 0.0 => {
             let power = value.abs().log10().round() as i32;
-            if (-2..=3).contains(&power) {
+            if (-2..=3).contains(&power) || value.abs() < 1e4 && value.abs() > 2e-3 {
                 format!("{value}")
             } else {
                 format!(
@@ -181,32 +193,32 @@ mod tests {
             min: 15.2,
             max: 25.0,
         };
-        let ticks = linear.ticks();
-        assert_eq!(ticks, [20.0, 25.0]);
+        let (ticks, _) = linear.ticks();
+        assert_eq!(ticks, [16.0, 18.0, 20.0, 22.0, 24.0]);
+        let labels = |scale: Scale| -> Vec<String> {
+            let (ticks, _) = scale.ticks();
+            ticks
+                .iter()
+                .map(|&tick| label(scale, &ticks, tick))
+                .collect()
+        };
         let linear = Scale::Linear {
             min: -0.31,
             max: 0.31,
         };
-        let labels: Vec<String> = linear
-            .ticks()
-            .iter()
-            .map(|&tick| label(linear, &linear.ticks(), tick))
-            .collect();
-        assert_eq!(labels, ["−0.2", "0.0", "0.2"]);
+        assert_eq!(labels(linear), ["−0.2", "0.0", "0.2"]);
         let log = Scale::SymLog {
             min: -20.0,
             max: 20.0,
             threshold: 0.02,
         };
-        let labels: Vec<String> = log
-            .ticks()
-            .iter()
-            .map(|&tick| label(log, &log.ticks(), tick))
-            .collect();
-        assert_eq!(
-            labels,
-            ["−10", "−1", "−0.1", "−0.01", "0", "0.01", "0.1", "1", "10"]
-        );
+        assert_eq!(labels(log), ["−10", "−1", "−0.1", "0", "0.1", "1", "10"]);
+        let log = Scale::SymLog {
+            min: 0.0,
+            max: 3.0,
+            threshold: 0.2,
+        };
+        assert_eq!(labels(log), ["0", "0.2", "0.5", "1", "2"]);
         assert_eq!(label(log, &[], 1e-5), "10⁻⁵");
     }
 }

@@ -14,7 +14,7 @@ pub(super) struct Ink(pub(super) u8, pub(super) u8, pub(super) u8, pub(super) u8
 pub(super) const TEXT: Ink = Ink(33, 37, 41, 255);
 pub(super) const FAINT: Ink = Ink(95, 102, 110, 255);
 pub(super) const FRAME: Ink = Ink(60, 64, 70, 255);
-pub(super) const GRATICULE: Ink = Ink(20, 20, 20, 70);
+pub(super) const GRATICULE: Ink = Ink(120, 120, 120, 120);
 
 /// A rectangle of the picture, in pixels from the upper left.
 #[derive(Debug, Clone, Copy)]
@@ -60,13 +60,6 @@ impl Canvas {
             if let Some(mixed) = PremultipliedColorU8::from_rgba(r, g, b, 255) {
                 *pixel = mixed;
             }
-        }
-    }
-
-    pub(super) fn fill(&mut self, frame: Frame, ink: Ink) {
-        if let Some(rect) = Rect::from_xywh(frame.x, frame.y, frame.width, frame.height) {
-            self.pixmap
-                .fill_rect(rect, &paint(ink), Transform::identity(), None);
         }
     }
 

@@ -7,6 +7,7 @@
 mod axis;
 mod canvas;
 mod colours;
+mod graticule;
 pub mod overview;
 mod projection;
 mod scale;

@@ -34,7 +34,7 @@ const WIDTH: u32 = 1800;
 /// A map of the wrong length.
 pub fn render(maps: &Overview<'_>) -> Result<Vec<u8>> {
     let width = WIDTH as f32;
-    let (heading, large, small) = (120.0, 790.0, 560.0);
+    let (heading, large, small) = (120.0, 930.0, 560.0);
     let mut canvas = Canvas::new(WIDTH, (heading + large + 2.0 * small) as u32)?;
     let title = "Polarised Galactic dust in 3-D: the total of all layers";
     canvas.text(title, 38.0, Anchor::Middle, width / 2.0, 60.0, TEXT);
@@ -101,7 +101,7 @@ pub fn render(maps: &Overview<'_>) -> Result<Vec<u8>> {
         (
             maps.beta,
             beta,
-            "",
+            "dimensionless",
             linear,
             Colours::Planck,
             half(1.0, 1.0),

@@ -3,6 +3,9 @@
 //! The picture is a plane (x to the right, y up) in units of its own: Mollweide's ellipse is |x| ≤ 2, |y| ≤ 1; the
 //! gnomonic square is |x|, |y| ≤ 1. Longitude increases to the left.
 
+use crate::error::Result;
+use crate::kernels::healpix::{Nside, ring};
+use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What a picture shows.
@@ -32,6 +35,30 @@ impl View {
             Self::Mollweide => 2.0,
             Self::Gnomonic { .. } => 1.0,
         }
+    }
+
+    /// The values of a map (RING order) that a picture shows, for choosing its scale.
+    ///
+    /// # Errors
+    /// An Nside that no map has.
+    pub fn visible<'a>(self, nside: u32, values: &'a [f64]) -> Result<Cow<'a, [f64]>> {
+        if matches!(self, Self::Mollweide) {
+            return Ok(Cow::Borrowed(values));
+        }
+        let nside = Nside::new(nside.into())?;
+        let mut shown = Vec::new();
+        for (pixel, value) in values.iter().enumerate() {
+            let (theta, phi) = ring::pix2ang(nside, pixel as u64)?;
+            let inside = |(x, y): (f64, f64)| x.abs() <= 1.0 && y.abs() <= 1.0;
+            if self.plane((phi, FRAC_PI_2 - theta)).is_some_and(inside) {
+                shown.push(*value);
+            }
+        }
+        // A detail smaller than a pixel may hold no centre at all.
+        if shown.is_empty() {
+            return Ok(Cow::Borrowed(values));
+        }
+        Ok(Cow::Owned(shown))
     }
 
     /// The direction at (x, y); `None` off the sky.

@@ -33,16 +33,17 @@ impl Scale {
     }
 
     /// A symmetric-log scale. Of signed values: symmetric about zero, up to the magnitude that one value in two hundred
-    /// exceeds; of values without sign: from 0 or the lowest. The threshold is the median magnitude.
+    /// exceeds, logarithmic from the median magnitude on. Of values without sign: over all but the lowest and highest
+    /// half percent, logarithmic from the lowest tenth on.
     #[must_use]
     pub fn symlog_of(values: &[f64]) -> Self {
-        let magnitudes = sorted(
-            values
-                .iter()
-                .copied()
-                .map(f64::abs)
-                .filter(|value| !is_missing(-value)),
-        );
+        let signed = sorted(values.iter().copied());
+        let negative = signed.first().is_some_and(|lowest| *lowest < 0.0);
+        let magnitudes = if negative {
+            sorted(signed.iter().map(|value| value.abs()))
+        } else {
+            signed
+        };
         let mut max = quantile(&magnitudes, 0.995);
         if max <= 0.0 {
             max = magnitudes
@@ -51,15 +52,19 @@ impl Scale {
                 .filter(|max| *max > 0.0)
                 .unwrap_or(1.0);
         }
-        let mut threshold = quantile(&magnitudes, 0.5);
+        let mut threshold = quantile(&magnitudes, if negative { 0.5 } else { 0.1 });
         if threshold <= 0.0 || threshold > max {
-            threshold = max / 10.0;
+            threshold = max / 100.0;
         }
-        let negative = values
-            .iter()
-            .any(|&value| value < 0.0 && !is_missing(value));
+        let low = quantile(&magnitudes, 0.005);
         Self::SymLog {
-            min: if negative { -max } else { 0.0 },
+            min: if negative {
+                -max
+            } else if low < max {
+                low
+            } else {
+                0.0
+            },
             max,
             threshold,
         }
@@ -118,30 +123,53 @@ impl Scale {
         }
     }
 
-    /// Values worth a mark on the colour bar, in increasing order.
-    pub(super) fn ticks(self) -> Vec<f64> {
+    /// Values worth a mark and a number on the colour bar, and those worth a small mark; in increasing order.
+    pub(super) fn ticks(self) -> (Vec<f64>, Vec<f64>) {
         let (min, max) = self.ends();
         match self {
             Self::Linear { .. } => {
-                let step = round_step((max - min) / 4.0);
+                let step = round_step((max - min) / 6.0);
                 let first = (min / step).ceil();
                 let count = ((max / step).floor() - first).max(0.0) as usize;
-                (0..=count)
-                    .map(|index| (first + index as f64) * step)
-                    .collect()
+                (
+                    (0..=count)
+                        .map(|index| (first + index as f64) * step)
+                        .collect(),
+                    Vec::new(),
+                )
             }
             Self::SymLog { threshold, .. } => {
-                let reach = min.abs().max(max.abs());
-                let lowest = threshold.log10().floor() as i32;
-                let highest = reach.log10().floor() as i32;
-                let decades: Vec<f64> = (lowest..=highest)
-                    .map(|power| 10.0_f64.powi(power))
-                    .collect();
-                let negative = decades.iter().rev().map(|value| -value);
-                let all = negative.chain([0.0]).chain(decades.iter().copied());
-                all.filter(|value| (min..=max).contains(value)).collect()
+                // Nearer to zero the scale is linear and marks would crowd.
+                let (near, far) = (0.6 * threshold, min.abs().max(max.abs()));
+                let decades = near.log10().floor() as i32..=far.log10().floor() as i32;
+                let few = decades.clone().count() < 4 && min >= 0.0;
+                let marked: &[f64] = if few { &[1.0, 2.0, 5.0] } else { &[1.0] };
+                let series = |factors: &[f64]| -> Vec<f64> {
+                    let sizes: Vec<f64> = decades
+                        .clone()
+                        .flat_map(|power| factors.iter().map(move |factor| decimal(*factor, power)))
+                        .filter(|size| *size >= near)
+                        .collect();
+                    let negative = sizes.iter().rev().map(|size| -size);
+                    let all = negative.chain([0.0]).chain(sizes.iter().copied());
+                    all.filter(|value| (min..=max).contains(value)).collect()
+                };
+                (
+                    series(marked),
+                    series(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]),
+                )
             }
         }
+    }
+}
+
+/// `factor` · 10^`power`, the double nearest to it.
+fn decimal(factor: f64, power: i32) -> f64 {
+    let size = 10.0_f64.powi(power.abs());
+    if power < 0 {
+        factor / size
+    } else {
+        factor * size
     }
 }
 

@@ -1,10 +1,11 @@
 //! The picture of one map.
 
 use super::axis::colour_bar;
-use super::canvas::{Canvas, FAINT, FRAME, Frame, GRATICULE, TEXT};
+use super::canvas::{Canvas, Frame, TEXT};
 use super::colours::{Colours, MISSING_COLOUR, Rgb};
+use super::graticule::Graticule;
 use super::projection::{LonLat, View};
-use super::scale::{Scale, round_step};
+use super::scale::Scale;
 use super::text::Anchor;
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
@@ -52,7 +53,8 @@ impl MapPlot<'_> {
             View::Mollweide => w / 62.0,
             View::Gnomonic { .. } => w / 42.0,
         };
-        let height = w * 0.97 / self.view.half_width() as f32 + self.margins(size);
+        let height =
+            (w - 2.0 * self.side(size)) / self.view.half_width() as f32 + self.margins(size);
         let mut canvas = Canvas::new(width, height.round() as u32)?;
         let frame = Frame {
             x: 0.0,
@@ -90,6 +92,14 @@ impl MapPlot<'_> {
         Ok(())
     }
 
+    /// Width of the margin on either side of the map.
+    fn side(&self, size: f32) -> f32 {
+        match self.view {
+            View::Mollweide => size,
+            View::Gnomonic { .. } => 3.2 * size,
+        }
+    }
+
     /// Height of all that is not map, at a letter size.
     pub(super) fn margins(&self, size: f32) -> f32 {
         let title = if self.title.is_empty() { 0.8 } else { 2.9 };
@@ -119,7 +129,9 @@ impl MapPlot<'_> {
         }
         let room = frame.height - self.margins(size);
         let half_width = self.view.half_width() as f32;
-        let width = (frame.width - 1.2 * size).min(room * half_width).floor();
+        let width = (frame.width - 2.0 * self.side(size))
+            .min(room * half_width)
+            .floor();
         let map = Frame {
             x: (middle - width / 2.0).round(),
             y: top.round(),
@@ -127,7 +139,12 @@ impl MapPlot<'_> {
             height: (width / half_width).floor(),
         };
         self.raster(canvas, map)?;
-        self.graticule(canvas, map, size);
+        Graticule {
+            view: self.view,
+            map,
+            size,
+        }
+        .draw(canvas);
         let bar_width = map.width * 0.62;
         let gap = if matches!(self.view, View::Mollweide) {
             0.7
@@ -235,211 +252,4 @@ impl MapPlot<'_> {
             self.colours.at(self.scale.position(value))
         })
     }
-
-    fn graticule(&self, canvas: &mut Canvas, map: Frame, size: f32) {
-        let line = (size / 20.0).max(0.6);
-        match self.view {
-            View::Mollweide => {
-                for lat in [-60, -30, 0, 30, 60] {
-                    self.curve(canvas, map, line, |t| {
-                        (t * 359.99 - 179.995, f64::from(lat))
-                    });
-                }
-                for lon in [-120, -60, 0, 60, 120] {
-                    self.curve(canvas, map, line, |t| (f64::from(lon), t * 180.0 - 90.0));
-                }
-                canvas.ellipse(map, line * 1.6, FRAME);
-                for (lon, label) in [
-                    (120, "120°"),
-                    (60, "60°"),
-                    (0, "0°"),
-                    (-60, "300°"),
-                    (-120, "240°"),
-                ] {
-                    if let Some((x, y)) = self.screen(map, f64::from(lon), 0.0) {
-                        canvas.text_on_map(
-                            label,
-                            size * 0.8,
-                            Anchor::Left,
-                            x + size * 0.25,
-                            y - size * 0.3,
-                        );
-                    }
-                }
-                for (lat, label) in [(60, "60°"), (30, "30°"), (-30, "−30°"), (-60, "−60°")]
-                {
-                    if let Some((x, y)) = self.screen(map, 179.995, f64::from(lat)) {
-                        let below = if lat < 0 { size * 0.75 } else { 0.0 };
-                        canvas.text(
-                            label,
-                            size * 0.8,
-                            Anchor::Right,
-                            x - size * 0.4,
-                            y + below,
-                            FAINT,
-                        );
-                    }
-                }
-            }
-            View::Gnomonic {
-                lon_deg,
-                lat_deg,
-                size_deg,
-            } => {
-                self.detail_graticule(canvas, map, size, line, (lon_deg, lat_deg, size_deg));
-                canvas.outline(map, line * 1.6, FRAME);
-            }
-        }
-    }
-
-    /// Lines of a detail at round angles, labelled on the frame where they leave it.
-    fn detail_graticule(
-        &self,
-        canvas: &mut Canvas,
-        map: Frame,
-        size: f32,
-        line: f32,
-        view: (f64, f64, f64),
-    ) {
-        let (lon0, lat0, side) = view;
-        let step = round_angle(side / 4.0);
-        // The square reaches side/√2 from its middle, farther towards its corners in latitude than on a flat map.
-        let reach = (2.0_f64.sqrt() * (side.to_radians() / 2.0).tan())
-            .atan()
-            .to_degrees();
-        let (low, high) = ((lat0 - reach).max(-90.0), (lat0 + reach).min(90.0));
-        let poles = low <= -90.0 || high >= 90.0;
-        let cos = low.abs().max(high.abs()).to_radians().cos();
-        let half = if poles {
-            180.0
-        } else {
-            (reach.to_radians().sin() / cos)
-                .min(1.0)
-                .asin()
-                .to_degrees()
-        };
-        let lon_step = round_angle((step / lat0.to_radians().cos().max(0.05)).min(45.0));
-        let multiples = |low: f64, high: f64, step: f64| {
-            let first = (low / step).ceil();
-            let count = ((high / step).floor() - first).max(-1.0) as i64;
-            (0..=count).map(move |index| (first + index as f64) * step)
-        };
-        let mut taken: Vec<(f32, f32)> = Vec::new();
-        for lat in multiples(low, high, step) {
-            self.curve(canvas, map, line, |t| (lon0 - half + 2.0 * half * t, lat));
-            if let Some((x, y)) = self.leaves_left(map, |t| (lon0 - half + 2.0 * half * t, lat))
-                && lat.abs() < 90.0
-            {
-                canvas.text_on_map(
-                    &angle_label(lat, step),
-                    size * 0.8,
-                    Anchor::Left,
-                    x + size * 0.3,
-                    y - size * 0.25,
-                );
-            }
-        }
-        let turn = if poles { lon_step / 2.0 } else { 0.0 };
-        for lon in multiples(lon0 - half + turn, lon0 + half, lon_step) {
-            self.curve(canvas, map, line, |t| (lon, low + (high - low) * t));
-            if let Some((x, y)) = self.leaves_bottom(map, |t| (lon, low + (high - low) * t)) {
-                let label = angle_label(lon.rem_euclid(360.0), lon_step);
-                let half = canvas.text_width(&label, size * 0.8) / 2.0;
-                if taken
-                    .iter()
-                    .all(|(left, right)| x + half < *left || x - half > *right)
-                {
-                    canvas.text(&label, size * 0.8, Anchor::Middle, x, y + size * 1.1, FAINT);
-                    taken.push((x - half - size * 0.4, x + half + size * 0.4));
-                }
-            }
-        }
-    }
-
-    /// Where a curve crosses the left edge of the frame.
-    fn leaves_left(&self, map: Frame, at: impl Fn(f64) -> (f64, f64)) -> Option<(f32, f32)> {
-        self.crossing(map, at, |(x, _)| x - map.x)
-            .find(|(_, y)| *y > map.y + map.height * 0.04 && *y < map.y + map.height * 0.98)
-    }
-
-    /// Where a curve crosses the bottom edge of the frame.
-    fn leaves_bottom(&self, map: Frame, at: impl Fn(f64) -> (f64, f64)) -> Option<(f32, f32)> {
-        self.crossing(map, at, |(_, y)| y - map.y - map.height)
-            .find(|(x, _)| *x > map.x + map.width * 0.02 && *x < map.x + map.width * 0.98)
-    }
-
-    /// The points where `side` changes its sign along a curve.
-    fn crossing(
-        &self,
-        map: Frame,
-        at: impl Fn(f64) -> (f64, f64),
-        side: impl Fn((f32, f32)) -> f32,
-    ) -> impl Iterator<Item = (f32, f32)> {
-        let points: Vec<_> = (0..=400)
-            .map(|index| {
-                let (lon, lat) = at(f64::from(index) / 400.0);
-                self.screen(map, lon, lat)
-            })
-            .collect();
-        let mut crossings = Vec::new();
-        for pair in points.windows(2) {
-            if let [Some(a), Some(b)] = *pair {
-                let (from, to) = (side(a), side(b));
-                if (from < 0.0) != (to < 0.0) {
-                    let share = from / (from - to);
-                    crossings.push((a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1)));
-                }
-            }
-        }
-        crossings.into_iter()
-    }
-
-    /// Draws the part of a curve (degrees, over t from 0 to 1) that lies within the frame.
-    fn curve(&self, canvas: &mut Canvas, map: Frame, line: f32, at: impl Fn(f64) -> (f64, f64)) {
-        let mut run: Vec<(f32, f32)> = Vec::new();
-        for index in 0..=400 {
-            let (lon, lat) = at(f64::from(index) / 400.0);
-            let inside = self.screen(map, lon, lat).filter(|(x, y)| {
-                (map.x..=map.x + map.width).contains(x) && (map.y..=map.y + map.height).contains(y)
-            });
-            match inside {
-                Some(point) => run.push(point),
-                None => {
-                    canvas.line(&run, line, GRATICULE);
-                    run.clear();
-                }
-            }
-        }
-        canvas.line(&run, line, GRATICULE);
-    }
-
-    /// Where a direction (degrees) is on the screen.
-    fn screen(&self, map: Frame, lon: f64, lat: f64) -> Option<(f32, f32)> {
-        let (x, y) = self.view.plane((lon.to_radians(), lat.to_radians()))?;
-        let across = (x / self.view.half_width() + 1.0) / 2.0;
-        Some((
-            map.x + map.width * across as f32,
-            map.y + map.height * ((1.0 - y) / 2.0) as f32,
-        ))
-    }
-}
-
-/// A step for a graticule in degrees: round, and a divisor of 90 above 10.
-fn round_angle(rough: f64) -> f64 {
-    if rough > 20.0 {
-        if rough > 32.0 { 45.0 } else { 30.0 }
-    } else if rough > 10.0 {
-        15.0
-    } else {
-        round_step(rough)
-    }
-}
-
-fn angle_label(angle: f64, step: f64) -> String {
-    let decimals = if step < 1.0 {
-        (-step.log10()).ceil().max(0.0) as usize
-    } else {
-        0
-    };
-    format!("{angle:.decimals$}°").replace('-', "−")
 }

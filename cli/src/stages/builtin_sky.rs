@@ -18,14 +18,13 @@ use crate::Error;
 use crate::io::inputs::modulus_label;
 use crate::io::{InputMap, Inputs};
 use crate::parallel;
-use crate::random::white_alm;
+use crate::random::{Stage, white_alm};
 use crate::sht::ShtPlan;
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
 use dust3d_kernels::healpix::missing::MISSING;
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::planck::spectrum::planck_scalar;
-use dust3d_kernels::random::Stage;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{beam, scale_by_l};
 use dust3d_kernels::units::{NU_100UM_GHZ, NU0_GHZ};
@@ -83,6 +82,7 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
     let footprint = (0..cube_nside.npix())
         .map(|p| Ok(declination_deg(ring::pix2vec(cube_nside, p)?) > LEAST_DECLINATION))
         .collect::<Result<Vec<bool>, Error>>()?;
+    let scale = MEDIAN_REDDENING / high_latitude_median(&cube[BINS - 1], cube_nside)?;
     for map in &mut cube {
         for (x, &inside) in map.iter_mut().zip(&footprint) {
             if !inside {
@@ -90,7 +90,6 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
             }
         }
     }
-    let scale = MEDIAN_REDDENING / high_latitude_median(&cube[BINS - 1], cube_nside)?;
     for x in cube.iter_mut().flatten().filter(|x| **x != MISSING) {
         *x *= scale;
     }
@@ -207,7 +206,7 @@ fn shells(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Vec<Vec<f64>>, 
     Ok(shells)
 }
 
-/// Random a_lm with C_l ∝ l^slope for l ≥ 2, seen through a beam.
+/// Random a_lm with C_l ∝ l^slope for l ≥ 1, seen through a beam.
 fn red_alm(
     seed: u64,
     layer: usize,
@@ -216,10 +215,10 @@ fn red_alm(
     slope: f64,
     beam_rad: f64,
 ) -> Result<Vec<Complex<f64>>, Error> {
-    let mut alm = white_alm(seed, Stage::Sky, layer, field, lmax)?;
+    let mut alm = white_alm(seed, Stage::BuiltinSky, layer, field, lmax)?;
     let amplitude: Vec<f64> = (0..=lmax)
         .map(|l| match l {
-            0 | 1 => 0.0,
+            0 => 0.0,
             _ => (l as f64).powf(0.5 * slope) * beam(beam_rad, l),
         })
         .collect();
@@ -320,12 +319,13 @@ fn declination_deg([x, y, z]: [f64; 3]) -> f64 {
     sine.clamp(-1.0, 1.0).asin().to_degrees()
 }
 
-/// Median of a map's valid pixels at |b| > 30°.
+/// Median of a map's pixels at |b| > 30°.
 fn high_latitude_median(map: &[f64], nside: Nside) -> Result<f64, Error> {
     let mut values = Vec::new();
     for (p, &x) in map.iter().enumerate() {
         let [_, _, z] = ring::pix2vec(nside, p as u64)?;
-        if z.abs() > 0.5 && x != MISSING {
+        // Rings at exactly 30° are out, whatever the rounding.
+        if z.abs() > 0.5 + 1e-9 {
             values.push(x);
         }
     }

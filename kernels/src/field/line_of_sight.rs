@@ -17,7 +17,7 @@
 //! See [`ratios_into`].
 
 use super::density::Density;
-use super::mesh::Sight;
+use super::mesh::{MAX_PANELS, Panels, Sight};
 use super::panel::{Depolarisation, Nodes, fill, polarise};
 use super::spiral::Spiral;
 use crate::Error;
@@ -74,69 +74,44 @@ impl Model {
     }
 }
 
-/// Panels held in scratch before they are summed up.
-const PANELS: usize = 24;
-
 /// Length of the scratch of [`ratios_into`].
 #[must_use]
 pub const fn ratios_scratch_len() -> usize {
-    PANELS * 48
+    MAX_PANELS * 48
 }
 
-/// The panels in a scratch of [`ratios_scratch_len`].
+/// The nodes in a scratch of [`ratios_scratch_len`].
 #[inline(always)]
-pub(crate) fn panels_in(scratch: &mut [f64]) -> &mut [Nodes] {
+pub(crate) fn nodes_in(scratch: &mut [f64]) -> &mut [Nodes] {
     let (lanes, _) = scratch.as_chunks_mut::<8>();
     let (blocks, _) = lanes.as_chunks_mut::<3>();
-    let (panels, _) = blocks.as_chunks_mut::<2>();
-    panels
+    let (nodes, _) = blocks.as_chunks_mut::<2>();
+    nodes
 }
 
-/// Sums of one layer and one pitch angle, across lanes: Q, and U without its factor 2 sin b.
-pub(crate) type Sums = [[f64; 8]; 2];
-
-/// Sums over one layer for several pitch angles, added to `sums`; returns ∫ n dr in the same weights.
-///
-/// `pitches` holds (sin q, cos q); one entry of `sums` for each.
+/// Fills the nodes of one layer, for every pitch angle or graded for one (see [`Sight::panels`]); returns those filled and ∫ n dr in their weights.
 #[inline(always)]
-pub(crate) fn layer_sums<L: Lanes>(
+pub(crate) fn layer_nodes<'a, L: Lanes>(
     token: L::Token,
     sight: &Sight,
     [near, far]: [f64; 2],
-    k: f64,
-    pitches: &[[f64; 2]],
-    panels: &mut [Nodes],
-    sums: &mut [Sums],
-) -> f64 {
-    let law = Depolarisation::new(k);
-    let sin2_b = sight.sin_b * sight.sin_b;
+    tangent: Option<f64>,
+    panels: &mut Panels,
+    nodes: &'a mut [Nodes],
+) -> (&'a [Nodes], f64) {
+    let top = sight.panels(near, far, tangent, panels);
     let mut intensity = L::splat(token, 0.0);
     let mut used = 0;
-    let flush = |panels: &[Nodes], sums: &mut [Sums]| {
-        for (&pitch, [q, u]) in pitches.iter().zip(sums) {
-            let (mut q_sum, mut u_sum) = (L::load(token, q), L::load(token, u));
-            polarise(token, panels, pitch, sin2_b, law, &mut q_sum, &mut u_sum);
-            q_sum.store(q);
-            u_sum.store(u);
-        }
-    };
-    sight.panels(near, far, |panel, top| {
-        let mut dark = [[[0.0; 8]; 3]; 2];
+    for &panel in panels.as_slice() {
         if panel.dark {
-            fill(token, sight, panel, top, &mut dark, &mut intensity);
-            return;
-        }
-        if used == panels.len() {
-            flush(panels, sums);
-            used = 0;
-        }
-        if let Some(nodes) = panels.get_mut(used) {
-            fill(token, sight, panel, top, nodes, &mut intensity);
+            let mut dark = [[[0.0; 8]; 3]; 2];
+            fill::<L>(token, sight, panel, top, &mut dark, &mut intensity);
+        } else if let Some(nodes) = nodes.get_mut(used) {
+            fill::<L>(token, sight, panel, top, nodes, &mut intensity);
             used += 1;
         }
-    });
-    flush(panels.get(..used).unwrap_or(&[]), sums);
-    intensity.reduce_sum()
+    }
+    (nodes.get(..used).unwrap_or(&[]), intensity.reduce_sum())
 }
 
 /// Checks the edges of layers.
@@ -219,28 +194,27 @@ fn ratios<L: Lanes>(
     scratch: &mut [f64],
 ) {
     let (sin_q, cos_q) = sin_cos(model.spiral.pitch_rad);
-    let panels = panels_in(scratch);
+    let nodes = nodes_in(scratch);
+    let law = Depolarisation::new(model.grains.k);
     let p0 = model.grains.p0;
+    let mut panels = Panels::new();
     for (pixel, &direction) in directions.iter().enumerate() {
         let sight = model.sight(direction);
-        let finite = sight.cos_b.is_finite() && sight.ahead.is_finite() && sight.impact.is_finite();
+        let tangent = law.is_sharp(&sight).then_some(model.spiral.pitch_rad);
         for ((edges, q), u) in edges_kpc.windows(2).zip(&mut *q).zip(&mut *u) {
             let (Some(q), Some(u), &[near, far]) = (q.get_mut(pixel), u.get_mut(pixel), edges)
             else {
                 continue;
             };
-            if !finite {
+            if !sight.is_finite() {
                 (*q, *u) = (f64::NAN, f64::NAN);
                 continue;
             }
-            let mut sums = [[[0.0; 8]; 2]];
-            let segment = [near, far];
-            let k = model.grains.k;
-            let pitches = [[sin_q, cos_q]];
-            let i = layer_sums::<L>(token, &sight, segment, k, &pitches, panels, &mut sums);
-            let [[q_sum, u_sum]] = sums;
-            *q = p0 * (L::load(token, &q_sum).reduce_sum() / i);
-            *u = p0 * (2.0 * sight.signed_sin_b * L::load(token, &u_sum).reduce_sum() / i);
+            let (nodes, i) =
+                layer_nodes::<L>(token, &sight, [near, far], tangent, &mut panels, nodes);
+            let (q_sum, u_sum) = polarise::<L>(token, nodes, [sin_q, cos_q], &sight, law);
+            *q = p0 * (q_sum.reduce_sum() / i);
+            *u = p0 * (2.0 * sight.signed_sin_b * u_sum.reduce_sum() / i);
         }
     }
 }

@@ -20,19 +20,31 @@
 //! 4. *Poles of sech² at x = ±iπ/2.* The same with x = (π/2) sinh t.
 //! 5. *The line of sight runs along the field* (sin α = |cos(q + χ)| at b = 0): |cos|³ has a kink, smoothed over a
 //!    width |b| in χ. It may be anywhere, so the pieces are short in χ: at most [`turn_limit`].
+//! 6. *The same with sin^k α, k < 3*, near the plane: too sharp for rule 5. The panels then follow the pitch angle, and
+//!    are graded towards the tangent point χ_t: equal pieces of asinh((χ − χ_t)/η), η = tan |b|.
 
-use crate::scalar::{abs, atan2, exp, floor, ln, sin_cos, sqrt};
+use crate::scalar::{abs, asinh, atan2, exp, floor, ln, sin_cos, sinh, sqrt};
+use core::f64::consts::{FRAC_PI_2, PI};
 
 /// Density below e^−DROP of the largest on the segment is left out.
 const DROP: f64 = 30.0;
 /// Longest panel in units of asinh(distance/distance of the branch point).
 const STEP: f64 = 2.0;
+/// More panels than a segment can have: four between its cuts, and each rule adds no more than its whole range over
+/// its step, 22 for rule 3 (where |p| counts as at least 1e-9 of the segment), 12 for rule 4 (scale heights down to
+/// 1e-9 kpc), 20 for rules 5 or 6.
+pub(crate) const MAX_PANELS: usize = 64;
 /// e^STEP.
-const STEP_RATIO: f64 = 7.38905609893065;
+const STEP_RATIO: f64 = 7.389_056_098_930_65;
+
+/// Longest panel of rule 6.
+const GRADE_STEP: f64 = 1.5;
+/// Rule 6 resolves nothing finer in χ.
+const FINEST: f64 = 1e-5;
 
 /// The largest turn of χ over one panel: the error of |cos|³ over a panel of turn Δ is 2e-6 Δ³ at b = 0.
 fn turn_limit(sin_b: f64) -> f64 {
-    0.4 + 4.5 * sin_b
+    0.25 + 3.0 * sin_b
 }
 
 /// The number of pieces for a ratio of lengths, never beyond what any line of sight needs.
@@ -70,6 +82,49 @@ pub(crate) struct Panel {
     pub(crate) dark: bool,
 }
 
+/// The panels of a segment, in order.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Panels {
+    list: [Panel; MAX_PANELS],
+    count: usize,
+    /// Where in χ (0 … π) the line of sight runs along the field, if panels are to be graded towards it.
+    tangent: Option<f64>,
+}
+
+impl Panels {
+    /// No panels.
+    pub(crate) const fn new() -> Self {
+        let none = Panel {
+            centre: 0.0,
+            half: 0.0,
+            dark: true,
+        };
+        Self {
+            list: [none; MAX_PANELS],
+            count: 0,
+            tangent: None,
+        }
+    }
+
+    /// The panels found.
+    pub(crate) fn as_slice(&self) -> &[Panel] {
+        self.list.get(..self.count).unwrap_or(&[])
+    }
+
+    /// Adds the panel a … b.
+    #[inline]
+    fn push(&mut self, a: f64, b: f64, dark: bool) {
+        if let Some(panel) = self.list.get_mut(self.count) {
+            *panel = Panel {
+                centre: 0.5 * (a + b),
+                half: 0.5 * (b - a),
+                dark,
+            };
+            self.count += 1;
+        }
+    }
+}
+
 impl Sight {
     /// The sight towards a vector (any length) from the Sun; at the poles l = 0. A zero vector looks to l = b = 0.
     pub(crate) fn new([x, y, z]: [f64; 3], r_sun: f64, h_r: f64, h_z: f64, hole: f64) -> Self {
@@ -96,6 +151,11 @@ impl Sight {
             rise: sin_b / h_z,
             hole,
         }
+    }
+
+    /// Was the direction finite?
+    pub(crate) fn is_finite(&self) -> bool {
+        (self.cos_b + self.signed_sin_b + self.ahead + self.impact).is_finite()
     }
 
     #[inline]
@@ -177,11 +237,23 @@ impl Sight {
         (start.max(a).min(b), peak, end.max(a).min(b), top)
     }
 
-    /// Calls `visit` for every panel of the segment a < r < b, in order; returns nothing on an empty segment.
+    /// Lists the panels of the segment a < r < b.
     ///
-    /// `visit` also gets the stand-in's largest ln n on the segment, the reference of the weights.
-    #[inline(always)]
-    pub(crate) fn panels(&self, a: f64, b: f64, mut visit: impl FnMut(Panel, f64)) {
+    /// Returns the stand-in's largest ln n on the segment, the reference of the weights.
+    ///
+    /// With `tangent` = sin q, cos q the panels are graded towards where the line of sight runs along the field of that
+    /// pitch angle, which integrates sin^k α for any k ≥ 0; without, they serve every pitch angle.
+    pub(crate) fn panels(&self, a: f64, b: f64, tangent: Option<f64>, out: &mut Panels) -> f64 {
+        out.count = 0;
+        out.tangent = tangent.map(|pitch| {
+            // φ = q + χ = π/2 mod π, with χ counted from the line of sight towards e_R, 0 … π for either sign of p.
+            let turned = if self.impact < 0.0 {
+                pitch - FRAC_PI_2
+            } else {
+                FRAC_PI_2 - pitch
+            };
+            turned - PI * floor(turned / PI)
+        });
         let (start, peak, end, top) = self.support(a, b);
         // Cuts in increasing order: the hole's edges and the peak.
         let mut cuts = [end; 4];
@@ -208,17 +280,16 @@ impl Sight {
             if to > from {
                 let s = self.s(0.5 * (from + to));
                 let dark = s * s + self.impact * self.impact <= self.hole * self.hole;
-                self.cut_radius(from, to, dark, &mut |centre, half| {
-                    visit(Panel { centre, half, dark }, top);
-                });
+                self.cut_radius(from, to, dark, out);
                 from = to;
             }
         }
+        top
     }
 
     /// Rule 3: equal pieces of asinh(s/|p|).
-    #[inline(always)]
-    fn cut_radius(&self, a: f64, b: f64, dark: bool, visit: &mut impl FnMut(f64, f64)) {
+    #[inline]
+    fn cut_radius(&self, a: f64, b: f64, dark: bool, out: &mut Panels) {
         let (s_a, s_b) = (self.s(a), self.s(b));
         // Towards the centre itself |p| = 0: 1e-9 of the segment then bounds the number of panels.
         let p = abs(self.impact).max(1e-9 * (s_b - s_a));
@@ -233,78 +304,115 @@ impl Sight {
             }
         };
         let (first, last) = (grown(s_a), grown(s_b));
-        if !(last > STEP_RATIO * first) {
-            self.cut_height(a, b, dark, visit);
-            return;
-        }
-        let pieces = pieces(ln(last / first) / STEP);
-        let ratio = exp(ln(last / first) / pieces);
         let mut from = a;
-        let mut g = first;
-        let mut left = pieces;
-        while left > 1.0 {
-            g *= ratio;
-            let to = (0.5 * (g - p2 / g) + self.ahead) / self.cos_b;
-            let to = to.max(from).min(b);
-            self.cut_height(from, to, dark, visit);
-            from = to;
-            left -= 1.0;
+        if last > STEP_RATIO * first {
+            let range = ln(last / first);
+            let mut left = pieces(range / STEP);
+            let ratio = exp(range / left);
+            let mut g = first;
+            while left > 1.0 {
+                g *= ratio;
+                let to = (0.5 * (g - p2 / g) + self.ahead) / self.cos_b;
+                let to = to.max(from).min(b);
+                self.cut_height(from, to, dark, out);
+                from = to;
+                left -= 1.0;
+            }
         }
-        self.cut_height(from, b, dark, visit);
+        self.cut_height(from, b, dark, out);
     }
 
     /// Rule 4: equal pieces of asinh(2x/π).
-    #[inline(always)]
-    fn cut_height(&self, a: f64, b: f64, dark: bool, visit: &mut impl FnMut(f64, f64)) {
-        const POLE: f64 = core::f64::consts::FRAC_PI_2;
+    fn cut_height(&self, a: f64, b: f64, dark: bool, out: &mut Panels) {
         let grown = |r: f64| {
             let x = r * self.rise;
-            x + sqrt(x * x + POLE * POLE)
+            x + sqrt(x * x + FRAC_PI_2 * FRAC_PI_2)
         };
         let (first, last) = (grown(a), grown(b));
-        if !(last > STEP_RATIO * first) {
-            self.cut_turn(a, b, dark, visit);
-            return;
-        }
-        let pieces = pieces(ln(last / first) / STEP);
-        let ratio = exp(ln(last / first) / pieces);
         let mut from = a;
-        let mut g = first;
-        let mut left = pieces;
-        while left > 1.0 {
-            g *= ratio;
-            let to = (0.5 * (g - POLE * POLE / g) / self.rise).max(from).min(b);
-            self.cut_turn(from, to, dark, visit);
-            from = to;
-            left -= 1.0;
+        if last > STEP_RATIO * first {
+            let range = ln(last / first);
+            let mut left = pieces(range / STEP);
+            let ratio = exp(range / left);
+            let mut g = first;
+            while left > 1.0 {
+                g *= ratio;
+                let to = (0.5 * (g - FRAC_PI_2 * FRAC_PI_2 / g) / self.rise)
+                    .max(from)
+                    .min(b);
+                self.cut_turn(from, to, dark, out);
+                from = to;
+                left -= 1.0;
+            }
         }
-        self.cut_turn(from, b, dark, visit);
+        self.cut_turn(from, b, dark, out);
     }
 
     /// Rule 5: equal pieces of χ.
-    #[inline(always)]
-    fn cut_turn(&self, a: f64, b: f64, dark: bool, visit: &mut impl FnMut(f64, f64)) {
+    fn cut_turn(&self, a: f64, b: f64, dark: bool, out: &mut Panels) {
         let (s_a, s_b) = (self.s(a), self.s(b));
         let p = abs(self.impact);
         let limit = turn_limit(self.sin_b);
         let (cross, dot) = (p * (s_b - s_a), s_a * s_b + p * p);
         let mut from = a;
+        if let Some(tangent) = out.tangent
+            && !dark
+            && cross > 0.0
+        {
+            from = self.grade(a, b, tangent, out);
         // The turn is below its tangent, and mostly far below the limit: no arc tangent then.
-        if !dark && !(cross <= 0.5 * limit * dot) {
+        } else if !dark && !(cross <= 0.5 * limit * dot) {
             let turn = atan2(cross, dot);
             let mut left = pieces(turn / limit);
-            if left > 1.0 {
-                let (sin, cos) = sin_cos(turn / left);
-                let (mut ex, mut ey) = (s_a, p);
-                while left > 1.0 {
-                    (ex, ey) = (ex * cos + ey * sin, ey * cos - ex * sin);
-                    let to = ((p * (ex / ey) + self.ahead) / self.cos_b).max(from).min(b);
-                    visit(0.5 * (from + to), 0.5 * (to - from));
-                    from = to;
-                    left -= 1.0;
-                }
+            let (sin, cos) = sin_cos(turn / left);
+            let (mut ex, mut ey) = (s_a, p);
+            while left > 1.0 {
+                (ex, ey) = (ex * cos + ey * sin, ey * cos - ex * sin);
+                let to = (p * (ex / ey) + self.ahead) / self.cos_b;
+                let to = to.max(from).min(b);
+                out.push(from, to, dark);
+                from = to;
+                left -= 1.0;
             }
         }
-        visit(0.5 * (from + b), 0.5 * (b - from));
+        out.push(from, b, dark);
+    }
+
+    /// Rule 6: equal pieces of asinh((χ − χ_t)/η) on both sides of a tangent point; where the last one begins.
+    #[cold]
+    fn grade(&self, a: f64, b: f64, tangent: f64, out: &mut Panels) -> f64 {
+        let p = abs(self.impact);
+        let eta = (self.sin_b / self.cos_b).max(FINEST);
+        // χ falls along the line of sight.
+        let (first, last) = (atan2(p, self.s(a)), atan2(p, self.s(b)));
+        let at = |chi: f64| {
+            let (sin, cos) = sin_cos(chi);
+            ((p * (cos / sin) + self.ahead) / self.cos_b).max(a).min(b)
+        };
+        let grown = |x: f64| asinh(x / eta);
+        let mut from = a;
+        // The integrand has period π in χ: each point belongs to the nearest tangent.
+        for centre in [tangent + PI, tangent, tangent - PI] {
+            let high = first.min(centre + FRAC_PI_2);
+            let low = last.max(centre - FRAC_PI_2);
+            if !(high > low) {
+                continue;
+            }
+            let (start, end) = (grown(high - centre), grown(low - centre));
+            let mut left = pieces((start - end) / GRADE_STEP);
+            let step = (start - end) / left;
+            let mut t = start;
+            while left > 0.0 {
+                t -= step;
+                left -= 1.0;
+                if left == 0.0 && low == last {
+                    return from;
+                }
+                let to = at(centre + eta * sinh(t)).max(from);
+                out.push(from, to, false);
+                from = to;
+            }
+        }
+        from
     }
 }

@@ -20,3 +20,6 @@ pub mod spiral;
 pub use density::Density;
 pub use line_of_sight::{Grains, Model};
 pub use spiral::Spiral;
+
+pub(crate) use mesh::Panels;
+pub(crate) use panel::{Depolarisation, polarise};

@@ -14,8 +14,7 @@
 //! reversed: an erratum, which would make Q negative along the Galactic plane.
 
 use super::mesh::{Panel, Sight};
-use crate::scalar::pow;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, math};
 
 /// Nodes of the 16-point Gauss–Legendre rule on [−1, 1]; 25 digits from mpmath.
 const NODES: [[f64; 8]; 2] = [
@@ -60,7 +59,7 @@ pub(crate) type Nodes = [Block; 2];
 
 /// The exponent k of sin α, sorted by what B_⊥^(k−2) costs.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Depolarisation {
+pub(crate) enum Depolarisation {
     /// k = 3: a square root.
     Cubic,
     /// k = 2: nothing.
@@ -69,8 +68,11 @@ pub(super) enum Depolarisation {
     Power(f64),
 }
 
+/// Above this |sin b| panels for every pitch angle resolve sin^k α for any k.
+const STEEP: f64 = 0.25;
+
 impl Depolarisation {
-    pub(super) fn new(k: f64) -> Self {
+    pub(crate) fn new(k: f64) -> Self {
         if k == 3.0 {
             Self::Cubic
         } else if k == 2.0 {
@@ -78,6 +80,11 @@ impl Depolarisation {
         } else {
             Self::Power(0.5 * (k - 2.0))
         }
+    }
+
+    /// Is sin^k α so sharp along a line of sight that its panels must follow the pitch angle?
+    pub(crate) fn is_sharp(self, sight: &Sight) -> bool {
+        matches!(self, Self::Power(half) if half < 0.5) && sight.sin_b < STEEP
     }
 }
 
@@ -108,7 +115,7 @@ fn exp_decay<L: Lanes>(token: L::Token, x: L) -> L {
 
 /// Fills the blocks of a panel and adds its ∫ n dr, weights relative to e^top, to `intensity`.
 #[inline(always)]
-pub(super) fn fill<L: Lanes>(
+pub(crate) fn fill<L: Lanes>(
     token: L::Token,
     sight: &Sight,
     panel: Panel,
@@ -151,22 +158,21 @@ pub(super) fn fill<L: Lanes>(
     }
 }
 
-/// Adds the polarised sums of filled panels for the pitch angle with the given sine and cosine to `q` and `u`.
+/// The polarised sums over filled nodes for the pitch angle with the given sine and cosine, across lanes.
 ///
-/// `u` lacks the factor 2 sin b, which is the same for all nodes.
+/// The second lacks the factor 2 sin b, which is the same for all nodes.
 #[inline(always)]
-pub(super) fn polarise<L: Lanes>(
+pub(crate) fn polarise<L: Lanes>(
     token: L::Token,
-    panels: &[Nodes],
+    nodes: &[Nodes],
     [sin_q, cos_q]: [f64; 2],
-    sin2_b: f64,
+    sight: &Sight,
     law: Depolarisation,
-    q: &mut L,
-    u: &mut L,
-) {
+) -> (L, L) {
     let (sin_q, cos_q) = (L::splat(token, sin_q), L::splat(token, cos_q));
-    let sin2_b = L::splat(token, sin2_b);
-    for [weight, cos, sin] in panels.iter().flatten() {
+    let sin2_b = L::splat(token, sight.sin_b * sight.sin_b);
+    let (mut q, mut u) = (L::splat(token, 0.0), L::splat(token, 0.0));
+    for [weight, cos, sin] in nodes.iter().flatten() {
         let weight = L::load(token, weight);
         let (cos, sin) = (L::load(token, cos), L::load(token, sin));
         let c = (cos * cos_q) - (sin * sin_q);
@@ -177,11 +183,16 @@ pub(super) fn polarise<L: Lanes>(
             Depolarisation::Square => weight,
             Depolarisation::Power(half_k) => {
                 // sin α = 0 exactly: the orientation is not defined, and no power may make it infinite.
-                let perpendicular = (c2 + tilted).max(L::splat(token, 1e-300)).to_array();
-                weight * L::load(token, &perpendicular.map(|x| pow(x, half_k)))
+                let across = (c2 + tilted).max(L::splat(token, 1e-300));
+                weight
+                    * math::exp::<L>(
+                        token,
+                        math::ln::<L>(token, across) * L::splat(token, half_k),
+                    )
             }
         };
-        *q = (c2 - tilted).mul_add(weight, *q);
-        *u = (c * s).mul_add(weight, *u);
+        q = (c2 - tilted).mul_add(weight, q);
+        u = (c * s).mul_add(weight, u);
     }
+    (q, u)
 }

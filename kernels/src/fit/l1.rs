@@ -9,8 +9,8 @@
 
 use crate::Error;
 use crate::dispatch;
-use crate::field::line_of_sight::{Sums, check_edges, layer_sums, panels_in, ratios_scratch_len};
-use crate::field::{Model, line_of_sight};
+use crate::field::line_of_sight::{self, check_edges, layer_nodes, nodes_in, ratios_scratch_len};
+use crate::field::{Depolarisation, Model, Panels, polarise};
 use crate::scalar::{abs, sin_cos};
 use crate::simd::{Lanes, Level};
 
@@ -41,7 +41,7 @@ pub fn objective(
 /// Length of the scratch of [`scan_add`] for a number of pitch angles.
 #[must_use]
 pub const fn scan_scratch_len(n_pitch: usize) -> usize {
-    ratios_scratch_len() + n_pitch * (2 + 2 * 16)
+    ratios_scratch_len() + n_pitch * (2 + 16)
 }
 
 /// Adds the terms of G(q) of some pixels, for a list of pitch angles, to `sums`.
@@ -91,11 +91,6 @@ pub fn scan_add(
     Ok(())
 }
 
-/// The sums of eight lanes in a scratch.
-fn sums_in(scratch: &mut [f64]) -> &mut [Sums] {
-    scratch.as_chunks_mut::<8>().0.as_chunks_mut::<2>().0
-}
-
 #[inline(always)]
 fn scan<L: Lanes>(
     token: L::Token,
@@ -110,20 +105,21 @@ fn scan<L: Lanes>(
     scratch: &mut [f64],
 ) {
     let n_q = pitch_rad.len();
-    let (panels, rest) = scratch.split_at_mut(ratios_scratch_len());
-    let (layer, rest) = rest.split_at_mut(16 * n_q);
-    let (pixel_sums, rest) = rest.split_at_mut(16 * n_q);
-    let (panels, layer, pixel_sums) = (panels_in(panels), sums_in(layer), sums_in(pixel_sums));
+    let (nodes, rest) = scratch.split_at_mut(ratios_scratch_len());
+    let nodes = nodes_in(nodes);
+    // Per pitch angle: Q and U of the pixel, eight lanes each; sine and cosine.
+    let (totals, rest) = rest.split_at_mut(16 * n_q);
+    let totals = totals.as_chunks_mut::<8>().0.as_chunks_mut::<2>().0;
     let pitches = rest.as_chunks_mut::<2>().0;
     for ([sin_q, cos_q], &q) in pitches.iter_mut().zip(pitch_rad) {
         (*sin_q, *cos_q) = sin_cos(q);
     }
-    let pitches = pitches.get(..n_q).unwrap_or(&[]);
     let line_of_sight::Grains { p0, k } = model.grains;
-    let zero = [[0.0; 8]; 2];
+    let law = Depolarisation::new(k);
+    let mut panels = Panels::new();
     for (pixel, &direction) in directions.iter().enumerate() {
         let sight = model.sight(direction);
-        pixel_sums.fill(zero);
+        totals.fill([[0.0; 8]; 2]);
         for (edges, map) in edges_kpc.windows(2).zip(intensity) {
             let (&[near, far], Some(&i)) = (edges, map.get(pixel)) else {
                 continue;
@@ -131,20 +127,29 @@ fn scan<L: Lanes>(
             if i == 0.0 {
                 continue;
             }
-            layer.fill(zero);
-            let i_m = layer_sums::<L>(token, &sight, [near, far], k, pitches, panels, layer);
-            let scale = L::splat(token, p0 * i / i_m);
-            for (total, part) in pixel_sums.iter_mut().zip(&*layer) {
-                for (total, part) in total.iter_mut().zip(part) {
-                    let sum = scale.mul_add(L::load(token, part), L::load(token, total));
-                    sum.store(total);
+            // Nodes for all pitch angles at once, or for one after the other.
+            let sharp = law.is_sharp(&sight);
+            let group = if sharp { 1 } else { n_q.max(1) };
+            let groups = totals
+                .chunks_mut(group)
+                .zip(pitches.chunks(group))
+                .zip(pitch_rad);
+            for ((totals, pitches), &pitch) in groups {
+                let tangent = sharp.then_some(pitch);
+                let (nodes, i_m) =
+                    layer_nodes::<L>(token, &sight, [near, far], tangent, &mut panels, nodes);
+                let scale = L::splat(token, p0 * i / i_m);
+                for ([q_total, u_total], &pitch) in totals.iter_mut().zip(pitches) {
+                    let (q, u) = polarise::<L>(token, nodes, pitch, &sight, law);
+                    scale.mul_add(q, L::load(token, q_total)).store(q_total);
+                    scale.mul_add(u, L::load(token, u_total)).store(u_total);
                 }
             }
         }
         let (Some(&q_obs), Some(&u_obs)) = (q_obs.get(pixel), u_obs.get(pixel)) else {
             continue;
         };
-        for (sum, [q, u]) in sums.iter_mut().zip(&*pixel_sums) {
+        for (sum, [q, u]) in sums.iter_mut().zip(&*totals) {
             let q_model = L::load(token, q).reduce_sum();
             let u_model = 2.0 * sight.signed_sin_b * L::load(token, u).reduce_sum();
             *sum += abs(q_model - q_obs) + abs(u_model - u_obs);

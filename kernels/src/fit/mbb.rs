@@ -635,6 +635,16 @@ impl<L: Lanes> Local<L> {
         [L::select(inside, t, best.0), L::select(inside, b, best.1)]
     }
 
+    /// χ² after a step, by the quadratic model.
+    #[inline(always)]
+    fn chi2_after(&self, token: L::Token, [t, b]: &[L; 2]) -> L {
+        let (t, b) = (*t, *b);
+        let [h00, h01, h11] = self.hessian;
+        let slope = self.gradient[0] * t + self.gradient[1] * b;
+        let bend = h00 * t * t + h01 * t * (b + b) + h11 * b * b;
+        L::splat(token, 0.0).max(self.chi2 + (slope + slope + bend))
+    }
+
     /// `yes` where the mask is set.
     #[inline(always)]
     fn select(mask: L::Mask, yes: &Self, no: &Self) -> Self {
@@ -734,7 +744,7 @@ fn fit_eight<L: Lanes, const N: usize>(
             tau_out = s(at.tau - at.tau * d_ln_tau, tau_out);
             y_out = s(step[0].mul_add(y, y), y_out);
             beta_out = s(beta + step[1], beta_out);
-            chi2_out = s(at.chi2, chi2_out);
+            chi2_out = s(at.chi2_after(token, &step), chi2_out);
             converged = converged | new;
         }
         if converged.all() {

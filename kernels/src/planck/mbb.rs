@@ -98,13 +98,14 @@ impl MbbNode {
     pub fn new(nu_ghz: f64, nu0_ghz: f64, weight: f64) -> Result<Self, Error> {
         check_frequency(nu_ghz)?;
         check_frequency(nu0_ghz)?;
+        let (difference, rest) = x_difference(nu_ghz, nu0_ghz);
         Ok(Self {
             nu_ghz,
             nu0_ghz,
             weight,
             ln_ratio: scalar::ln(nu_ghz / nu0_ghz),
             x_kelvin: x_kelvin(nu_ghz).0,
-            x_difference: x_difference(nu_ghz, nu0_ghz).0,
+            x_difference: difference + rest,
         })
     }
 

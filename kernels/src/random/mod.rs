@@ -8,4 +8,4 @@
 pub mod normal;
 pub mod stream;
 
-pub use stream::{Stage, Stream};
+pub use stream::Stream;

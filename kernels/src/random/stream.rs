@@ -8,7 +8,7 @@
 //!
 //! after the start of the seed: streams overlap only after 2^128 words, and a stream depends on its own three numbers
 //! alone, not on which others are used nor on how many layers there are. **The numbering is part of the format of
-//! results**: new stages and fields take new numbers, old ones never change theirs.
+//! results**: a caller's stages and fields keep their numbers for good, new ones take new numbers.
 //!
 //! A jump costs 256 steps of the generator, about half a microsecond.
 
@@ -16,45 +16,35 @@ use crate::Error;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// What a stream is drawn for; the discriminants are stable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub enum Stage {
-    /// The built-in sky.
-    Sky = 0,
-    /// Small scales of the layers.
-    SmallScales = 1,
-    /// Temperature and spectral index of the layers.
-    EmissionLaws = 2,
-}
-
 /// Fields per layer of a stage, for good.
 pub const FIELDS: u32 = 16;
-/// The largest layer number.
-pub const MAX_LAYER: u32 = 65_535;
+/// Layers per stage, for good.
+pub const LAYERS: u32 = 65_536;
+/// Stages, for good.
+pub const STAGES: u32 = 256;
 
 /// A stream of random words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stream(Xoshiro256PlusPlus);
 
 impl Stream {
-    /// The stream of a field (below [`FIELDS`]) of a layer (up to [`MAX_LAYER`]) of a stage.
+    /// The stream of a field of a layer of a stage.
     ///
     /// # Errors
-    /// [`Error::Domain`] if `layer` or `field` is out of range.
+    /// [`Error::Domain`] unless `stage` < [`STAGES`], `layer` < [`LAYERS`] and `field` < [`FIELDS`].
     ///
     /// ```
-    /// use dust3d_kernels::random::{Stage, Stream};
-    /// let mut a = Stream::new(1, Stage::SmallScales, 3, 0)?;
-    /// let mut b = Stream::new(1, Stage::SmallScales, 3, 0)?;
+    /// use dust3d_kernels::random::Stream;
+    /// let (mut a, mut b) = (Stream::new(1, 0, 3, 0)?, Stream::new(1, 0, 3, 0)?);
     /// assert_eq!(a.word(), b.word());
     /// # Ok::<(), dust3d_kernels::Error>(())
     /// ```
-    pub fn new(seed: u64, stage: Stage, layer: u32, field: u32) -> Result<Self, Error> {
-        Error::check_domain("layer (0 to 65535)", f64::from(layer), layer <= MAX_LAYER)?;
+    pub fn new(seed: u64, stage: u32, layer: u32, field: u32) -> Result<Self, Error> {
+        Error::check_domain("stage (0 to 255)", f64::from(stage), stage < STAGES)?;
+        Error::check_domain("layer (0 to 65535)", f64::from(layer), layer < LAYERS)?;
         Error::check_domain("field (0 to 15)", f64::from(field), field < FIELDS)?;
         let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-        for _ in 0..stage as u32 {
+        for _ in 0..stage {
             generator.long_jump();
         }
         for _ in 0..layer * FIELDS + field {

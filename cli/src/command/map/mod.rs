@@ -1,11 +1,15 @@
 //! Tools on single maps.
 
+mod analyse;
 mod convert;
 mod degrade;
 mod diff;
+mod harmonics;
 mod info;
 mod plot;
+mod spectrum;
 mod statistics;
+mod synthesise;
 
 use super::session::Session;
 use crate::error::Result;
@@ -21,8 +25,14 @@ pub(super) enum Command {
     Convert(convert::Args),
     /// A coarser map, by area average
     Degrade(degrade::Args),
+    /// Angular power spectra of I, or of I, Q, U
+    Spectrum(spectrum::Args),
     /// How two maps differ
     Diff(diff::Args),
+    /// Spherical harmonic coefficients of I, or of I, Q, U
+    Analyse(analyse::Args),
+    /// Maps of spherical harmonic coefficients
+    Synthesise(synthesise::Args),
 }
 
 pub(super) fn execute(command: Command, session: &Session) -> Result<()> {
@@ -31,6 +41,9 @@ pub(super) fn execute(command: Command, session: &Session) -> Result<()> {
         Command::Plot(args) => plot::execute(&args),
         Command::Convert(args) => convert::execute(&args, session),
         Command::Degrade(args) => degrade::execute(&args, session.level),
+        Command::Spectrum(args) => spectrum::execute(&args, session),
         Command::Diff(args) => diff::execute(&args),
+        Command::Analyse(args) => analyse::execute(&args, session),
+        Command::Synthesise(args) => synthesise::execute(&args, session),
     })
 }

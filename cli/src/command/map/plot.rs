@@ -77,9 +77,18 @@ pub(super) fn execute(args: &Args) -> Result<()> {
     }
     let source = MapSource::parse(&args.map)?;
     let map = source.read()?;
+    let view = match args.gnomonic {
+        Some((lon_deg, lat_deg)) => View::Gnomonic {
+            lon_deg,
+            lat_deg,
+            size_deg: args.side,
+        },
+        None => View::Mollweide,
+    };
+    let shown = view.visible(map.nside, &map.values)?;
     let scale = match args.scale {
-        ScaleName::Linear => Scale::linear_of(&map.values),
-        ScaleName::Symlog => match (Scale::symlog_of(&map.values), args.threshold) {
+        ScaleName::Linear => Scale::linear_of(&shown),
+        ScaleName::Symlog => match (Scale::symlog_of(&shown), args.threshold) {
             (Scale::SymLog { min, max, .. }, Some(threshold)) => Scale::SymLog {
                 min,
                 max,
@@ -96,10 +105,15 @@ pub(super) fn execute(args: &Args) -> Result<()> {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
-        known.as_ref().map_or_else(
-            || name.clone(),
-            |record| format!("{name}: {}", record.quantity),
-        )
+        let quantity = known
+            .as_ref()
+            .map(|record| format!(": {}", record.quantity))
+            .unwrap_or_default();
+        let place = args
+            .gnomonic
+            .map(|(lon, lat)| format!(", around l = {lon}°, b = {lat}°"))
+            .unwrap_or_default();
+        format!("{name}{quantity}{place}")
     });
     let unit = args
         .unit
@@ -118,14 +132,7 @@ pub(super) fn execute(args: &Args) -> Result<()> {
             ColourName::Inferno => Colours::Inferno,
             ColourName::Diverging => Colours::Diverging,
         },
-        view: match args.gnomonic {
-            Some((lon_deg, lat_deg)) => View::Gnomonic {
-                lon_deg,
-                lat_deg,
-                size_deg: args.side,
-            },
-            None => View::Mollweide,
-        },
+        view,
     };
     write_atomically(&args.out, &plot.png(args.width)?)
 }

@@ -7,9 +7,8 @@
 use super::remap::remap;
 use super::spectra::{ObservedLaws, analyse, covariances_of_alm};
 use crate::Error;
-use crate::random::white_alm;
+use crate::random::{Stage, white_alm};
 use crate::sht::ShtPlan;
-use dust3d_kernels::random::Stage;
 use dust3d_kernels::spectra::Lower2;
 use num_complex::Complex;
 

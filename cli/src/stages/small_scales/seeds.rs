@@ -4,8 +4,7 @@
 //! per field, so the seeds up to a given l do not depend on lmax, on Nside, on the other layers or on threads.
 
 use crate::Error;
-use crate::random::white_alm;
-use dust3d_kernels::random::Stage;
+use crate::random::{Stage, white_alm};
 use dust3d_kernels::spectra::{PowerLaw, scale_by_l};
 use num_complex::Complex;
 

@@ -1,0 +1,284 @@
+//! F_m on rings ↔ spectra of the rings.
+//!
+//! On a ring of n pixels, the first at φ₀, f_j = Σ_m F_m e^{imφ₀} e^{2πi m j/n}: order m falls on harmonic m mod n,
+//! whatever n (short rings near the poles alias many orders on one harmonic). A northern and its southern ring have
+//! the same n and φ₀ and are put in one complex sequence N + iS, so that one complex FFT of length n serves two real
+//! rings: harmonic k takes N_m + i S_m, harmonic −k takes conj N_m + i conj S_m.
+//!
+//! The FFT is always the forward one, e^{−2πi jk/n}: with real and imaginary parts exchanged before and after, it is
+//! the backward one. Spectra here are therefore stored as (imaginary, real), and the sequence comes out as S + iN.
+//!
+//! e^{imφ₀} is the product of two table entries, e^{i 64 m₁ φ₀} e^{i m₀ φ₀}, each correctly reduced: no drift with m.
+
+use super::legendre::PhaseBlock;
+use crate::error::Error;
+use crate::scalar;
+use crate::simd::{Lanes, Level};
+use num_complex::Complex;
+
+/// Orders per coarse step of the table of phases.
+const FINE: usize = 64;
+
+/// Length of the [`PhaseTable`] of a block.
+#[must_use]
+pub const fn phase_table_len(lmax: usize) -> usize {
+    FINE + lmax / FINE + 1
+}
+
+/// One entry of the table of phases: cos and sin on eight ring pairs.
+pub type PhaseTable = [[f64; 8]; 2];
+
+/// Geometry of the rings of a block, and access to it.
+#[derive(Clone, Copy, Debug)]
+pub struct RingShapes {
+    /// Pixels of each ring; zero for lanes that repeat a ring.
+    pub pixels: [usize; 8],
+    /// Is the first pixel at φ₀ = π/n (else 0)?
+    pub shifted: [bool; 8],
+}
+
+impl RingShapes {
+    /// Block number `block` of a HEALPix map.
+    #[must_use]
+    pub fn healpix(nside: u64, block: usize) -> Self {
+        let mut shapes = Self {
+            pixels: [0; 8],
+            shifted: [false; 8],
+        };
+        for lane in 0..8 {
+            let pair = (8 * block + lane) as u64;
+            if pair < 2 * nside {
+                let (_, _, pixels, shifted) = super::healpix_ring(nside, pair);
+                shapes.pixels[lane] = pixels as usize;
+                shapes.shifted[lane] = shifted;
+            }
+        }
+        shapes
+    }
+
+    /// Complex values the spectra of all its ring pairs take, one after another.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.pixels.iter().sum()
+    }
+
+    /// Are there no rings?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Fills the table of a block: `out` of [`phase_table_len`].
+pub fn phase_table(shapes: &RingShapes, out: &mut [PhaseTable]) {
+    for (k, out) in out.iter_mut().enumerate() {
+        let m = if k < FINE { k } else { (k - FINE) * FINE };
+        for lane in 0..8 {
+            let n = shapes.pixels[lane];
+            let (s, c) = if shapes.shifted[lane] && n > 0 {
+                // mπ/n, period 2n
+                let reduced = (m % (2 * n)) as f64;
+                scalar::sin_cos(core::f64::consts::PI * reduced / n as f64)
+            } else {
+                (0.0, 1.0)
+            };
+            out[0][lane] = c;
+            out[1][lane] = s;
+        }
+    }
+}
+
+/// e^{imφ₀} times `scale`.
+#[inline(always)]
+fn phase<L: Lanes>(token: L::Token, m: usize, table: &[PhaseTable], scale: L) -> Option<(L, L)> {
+    let fine = table.get(m % FINE)?;
+    let coarse = table.get(FINE + m / FINE)?;
+    let (c0, s0) = (L::load(token, &fine[0]), L::load(token, &fine[1]));
+    let (c1, s1) = (L::load(token, &coarse[0]), L::load(token, &coarse[1]));
+    Some((
+        c0.mul_sub(c1, s0 * s1) * scale,
+        c0.mul_add(s1, s0 * c1) * scale,
+    ))
+}
+
+#[inline(always)]
+fn spectrum_body<'a, L: Lanes>(
+    token: L::Token,
+    phases: impl Iterator<Item = &'a PhaseBlock>,
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    shapes: &RingShapes,
+    spectra: &mut [Complex<f64>],
+) {
+    spectra.fill(Complex::default());
+    let mut starts = [0; 8];
+    let mut sum = 0;
+    for (start, n) in starts.iter_mut().zip(shapes.pixels) {
+        *start = sum;
+        sum += n;
+    }
+    let scale = L::load(token, scale);
+    // m mod n of each ring
+    let mut harmonic = [0usize; 8];
+    for (m, block) in phases.enumerate() {
+        let Some((c, s)) = phase::<L>(token, m, table, scale) else {
+            return;
+        };
+        let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
+        let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
+        let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
+        let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
+        if m == 0 {
+            let (nr, sr) = (nr.to_array(), sr.to_array());
+            for lane in 0..8 {
+                if shapes.pixels[lane] > 0
+                    && let Some(z) = spectra.get_mut(starts[lane])
+                {
+                    *z = Complex::new(sr[lane], nr[lane]);
+                }
+            }
+        } else {
+            let plus_re = (nr - si).to_array();
+            let plus_im = (ni + sr).to_array();
+            let minus_re = (nr + si).to_array();
+            let minus_im = (sr - ni).to_array();
+            for lane in 0..8 {
+                let n = shapes.pixels[lane];
+                if n == 0 {
+                    continue;
+                }
+                let k = if harmonic[lane] + 1 == n {
+                    0
+                } else {
+                    harmonic[lane] + 1
+                };
+                harmonic[lane] = k;
+                let opposite = if k == 0 { 0 } else { n - k };
+                if let Some(z) = spectra.get_mut(starts[lane] + k) {
+                    *z += Complex::new(plus_im[lane], plus_re[lane]);
+                }
+                if let Some(z) = spectra.get_mut(starts[lane] + opposite) {
+                    *z += Complex::new(minus_im[lane], minus_re[lane]);
+                }
+            }
+        }
+    }
+}
+
+/// F_m of a block of ring pairs → their spectra, one after another in `spectra`, ready for a forward FFT.
+///
+/// `phases`: for m = 0, 1, … at `offset + m · stride`, `orders` of them; `scale` multiplies each ring pair (ones, or
+/// 1/sin²θ); `table` from [`phase_table`].
+///
+/// # Errors
+/// [`Error::Length`] unless `spectra` is as long as the shapes say and `phases` holds all orders.
+pub fn spectrum_from_phases(
+    level: Level,
+    phases: &[PhaseBlock],
+    (offset, stride, orders): (usize, usize, usize),
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    shapes: &RingShapes,
+    spectra: &mut [Complex<f64>],
+) -> Result<(), Error> {
+    Error::check_len("spectra", shapes.len(), spectra.len())?;
+    if orders > 0 {
+        Error::check_scratch("phases", offset + (orders - 1) * stride + 1, phases.len())?;
+    }
+    let phases = phases.get(offset..).unwrap_or(&[]);
+    crate::dispatch!(level, |token: L| spectrum_body::<L>(
+        token,
+        phases.iter().step_by(stride.max(1)).take(orders),
+        scale,
+        table,
+        shapes,
+        spectra
+    ));
+    Ok(())
+}
+
+#[inline(always)]
+fn phases_body<'a, L: Lanes>(
+    token: L::Token,
+    spectra: &[Complex<f64>],
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    shapes: &RingShapes,
+    phases: impl Iterator<Item = &'a mut PhaseBlock>,
+) {
+    let mut starts = [0; 8];
+    let mut sum = 0;
+    for (start, n) in starts.iter_mut().zip(shapes.pixels) {
+        *start = sum;
+        sum += n;
+    }
+    let scale = L::load(token, scale);
+    let half = L::splat(token, 0.5);
+    let mut harmonic = [0usize; 8];
+    for (m, block) in phases.enumerate() {
+        let Some((c, s)) = phase::<L>(token, m, table, scale) else {
+            return;
+        };
+        let mut z = [[0.0; 8]; 4];
+        for lane in 0..8 {
+            let n = shapes.pixels[lane];
+            if n == 0 {
+                continue;
+            }
+            let k = harmonic[lane];
+            let opposite = if k == 0 { 0 } else { n - k };
+            harmonic[lane] = if k + 1 == n { 0 } else { k + 1 };
+            if let (Some(plus), Some(minus)) = (
+                spectra.get(starts[lane] + k),
+                spectra.get(starts[lane] + opposite),
+            ) {
+                z[0][lane] = plus.re;
+                z[1][lane] = plus.im;
+                z[2][lane] = minus.re;
+                z[3][lane] = minus.im;
+            }
+        }
+        let (pr, pi) = (L::load(token, &z[0]), L::load(token, &z[1]));
+        let (mr, mi) = (L::load(token, &z[2]), L::load(token, &z[3]));
+        // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
+        let (nr, ni) = ((pr + mr) * half, (pi - mi) * half);
+        let (sr, si) = ((pi + mi) * half, (mr - pr) * half);
+        nr.mul_add(c, ni * s).store(&mut block[0]);
+        ni.mul_sub(c, nr * s).store(&mut block[1]);
+        sr.mul_add(c, si * s).store(&mut block[2]);
+        si.mul_sub(c, sr * s).store(&mut block[3]);
+        if m == 0 {
+            block[1] = [0.0; 8];
+            block[3] = [0.0; 8];
+        }
+    }
+}
+
+/// The transpose of [`spectrum_from_phases`]: forward FFTs of the sequences N + iS (stored plainly) → F_m.
+///
+/// # Errors
+/// [`Error::Length`] as there.
+pub fn phases_from_spectrum(
+    level: Level,
+    spectra: &[Complex<f64>],
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    shapes: &RingShapes,
+    phases: &mut [PhaseBlock],
+    (offset, stride, orders): (usize, usize, usize),
+) -> Result<(), Error> {
+    Error::check_len("spectra", shapes.len(), spectra.len())?;
+    if orders > 0 {
+        Error::check_scratch("phases", offset + (orders - 1) * stride + 1, phases.len())?;
+    }
+    let phases = phases.get_mut(offset..).unwrap_or(&mut []);
+    crate::dispatch!(level, |token: L| phases_body::<L>(
+        token,
+        spectra,
+        scale,
+        table,
+        shapes,
+        phases.iter_mut().step_by(stride.max(1)).take(orders)
+    ));
+    Ok(())
+}

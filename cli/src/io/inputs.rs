@@ -5,6 +5,7 @@
 use super::manifest::InputRecord;
 use super::map_file::{MapFile, MapSource};
 use super::raw::encode_raw;
+use super::role::Role;
 use crate::config::{Config, Dtype, Monotone};
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
@@ -26,6 +27,8 @@ pub struct InputMap {
     pub values: Vec<f64>,
     /// BLAKE3 hash of the file, or of the values as `.f64` if there is none.
     pub blake3: String,
+    /// What the file leaves open and had to be assumed, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// The observations.
@@ -56,6 +59,7 @@ impl InputMap {
             nside,
             values,
             blake3,
+            notes: Vec::new(),
         }
     }
 
@@ -148,6 +152,13 @@ impl Inputs {
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&InputMap> {
         self.maps.get(name)
+    }
+
+    /// What had to be assumed about the files, a sentence each; of the cube only about its first map.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        let cube = self.cube.iter().map(|(_, map)| map).take(1);
+        let maps = self.maps.values().chain(cube);
+        maps.flat_map(|map| map.notes.iter().map(String::as_str))
     }
 
     /// What the manifest says of all of them.
@@ -285,8 +296,13 @@ fn read_one(name: &str, unit: &str, source: &MapSource) -> Result<InputMap> {
         nside,
         values,
         blake3,
+        notes,
         ..
-    } = source.read().map_err(|error| error.within(name))?;
+    } = match Role::of_key(name) {
+        Some(role) => source.read_as(role),
+        None => source.read(),
+    }
+    .map_err(|error| error.within(name))?;
     Ok(InputMap {
         name: name.to_owned(),
         path: Some(source.path().to_owned()),
@@ -294,6 +310,10 @@ fn read_one(name: &str, unit: &str, source: &MapSource) -> Result<InputMap> {
         nside,
         values,
         blake3,
+        notes: notes
+            .into_iter()
+            .map(|note| format!("{name}: {note}"))
+            .collect(),
     })
 }
 

@@ -1,7 +1,10 @@
 //! A map in a file, whatever its format.
 
+use super::fits::{self, Selection};
 use super::manifest::{FileRecord, Manifest};
+use super::npy;
 use super::raw;
+use super::role::Role;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
 use std::fs::File;
@@ -18,6 +21,20 @@ pub enum MapSource {
         /// Its element type, from the extension.
         dtype: Dtype,
     },
+    /// A map of a FITS file.
+    Fits {
+        /// The file.
+        path: PathBuf,
+        /// Which of its maps.
+        selection: Selection,
+    },
+    /// A map of a `.npy` file.
+    Npy {
+        /// The file.
+        path: PathBuf,
+        /// Which of its maps.
+        selection: Selection,
+    },
 }
 
 /// A map as it is in its file.
@@ -33,6 +50,8 @@ pub struct MapFile {
     pub unit: Option<String>,
     /// BLAKE3 hash of the file, hexadecimal.
     pub blake3: String,
+    /// What the file leaves open and had to be assumed, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl MapSource {
@@ -41,15 +60,21 @@ impl MapSource {
     /// # Errors
     /// An extension that belongs to no format.
     pub fn parse(spec: impl AsRef<Path>) -> Result<Self> {
-        let path = spec.as_ref();
-        match dtype_of(path) {
-            Some(dtype) => Ok(Self::Raw {
-                path: path.to_owned(),
-                dtype,
-            }),
+        let spec = spec.as_ref();
+        let (path, selection) = fits::parse(spec)?;
+        match Container::of(&path) {
+            Some(Container::Fits) => Ok(Self::Fits { path, selection }),
+            Some(Container::Npy) => Ok(Self::Npy { path, selection }),
+            Some(Container::Raw(dtype)) if selection == Selection::default() => {
+                Ok(Self::Raw { path, dtype })
+            }
+            Some(Container::Raw(_)) => Err(Error::usage(format!(
+                "`{}`: a raw map is alone in its file; leave out {selection}",
+                spec.display()
+            ))),
             None => Err(Error::usage(format!(
-                "`{}` is no map: the name must end in .f32 or .f64 (little-endian array in RING order)",
-                path.display()
+                "`{}` is no map: the name must end in .fits or .fits.gz, in .npy, or in .f32 or .f64 (little-endian array in RING order)",
+                spec.display()
             ))),
         }
     }
@@ -58,7 +83,7 @@ impl MapSource {
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
-            Self::Raw { path, .. } => path,
+            Self::Raw { path, .. } | Self::Fits { path, .. } | Self::Npy { path, .. } => path,
         }
     }
 
@@ -79,7 +104,22 @@ impl MapSource {
     /// # Errors
     /// A file that cannot be read, or holds no map; the sentence names it.
     pub fn read(&self) -> Result<MapFile> {
+        self.read_for(None)
+    }
+
+    /// As [`read`](Self::read), for a purpose: of a file of several maps the one that serves it is read, and a unit that
+    /// the file states is converted. A raw map is taken to be in the unit of the role.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); or no such map, or a unit that cannot be converted.
+    pub fn read_as(&self, role: Role) -> Result<MapFile> {
+        self.read_for(Some(role))
+    }
+
+    fn read_for(&self, role: Option<Role>) -> Result<MapFile> {
         match self {
+            Self::Fits { path, selection } => fits::read(path, selection, role),
+            Self::Npy { path, selection } => npy::read(path, selection, role),
             Self::Raw { path, dtype } => {
                 let open = || {
                     let file = File::open(path)?;
@@ -97,10 +137,35 @@ impl MapSource {
                     nside,
                     values,
                     dtype: *dtype,
-                    unit: None,
+                    unit: role.map(|role| role.unit().to_owned()),
                     blake3,
+                    notes: Vec::new(),
                 })
             }
+        }
+    }
+}
+
+/// The kind of a file, by the extension of its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Container {
+    Raw(Dtype),
+    Fits,
+    Npy,
+}
+
+impl Container {
+    pub(super) fn of(path: &Path) -> Option<Self> {
+        let extension = |path: &Path| Some(path.extension()?.to_str()?.to_ascii_lowercase());
+        let outer = extension(path)?;
+        let inner = match outer.as_str() {
+            "gz" => extension(Path::new(path.file_stem()?))?,
+            _ => outer.clone(),
+        };
+        match (outer.as_str(), inner.as_str()) {
+            (_, "fits" | "fit" | "fts") => Some(Self::Fits),
+            ("npy", _) => Some(Self::Npy),
+            _ => dtype_of(path).map(Self::Raw),
         }
     }
 }

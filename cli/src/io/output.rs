@@ -2,14 +2,13 @@
 
 use super::c128;
 use super::manifest::{FileRecord, MANIFEST, Manifest};
-use super::map_file::dtype_of;
 use super::partial::{Partial, check_interrupt, name_beside, remove};
 use super::raw::encode_raw;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
 use crate::kernels::Complex;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -179,7 +178,7 @@ impl RunDir {
         Ok(manifest)
     }
 
-    fn begin(&self, name: &str) -> Result<Hashed> {
+    pub(super) fn begin(&self, name: &str) -> Result<Hashed> {
         check_interrupt()?;
         let path = self.path(name);
         if let Some(parent) = path.parent() {
@@ -189,7 +188,7 @@ impl RunDir {
         Hashed::create(path, self.target.join(name))
     }
 
-    fn record(&self, record: FileRecord) -> Result<()> {
+    pub(super) fn record(&self, record: FileRecord) -> Result<()> {
         if let Ok(mut files) = self.files.lock() {
             files.push(record);
         }
@@ -222,33 +221,32 @@ fn made_by_us(dir: &Path) -> bool {
         .is_some_and(|manifest| manifest["program"] == "dust3d")
 }
 
-/// Writes one raw map under its final name, `.f32` or `.f64`; nothing is left half-written.
-///
-/// # Errors
-/// Another extension, or a file that cannot be written.
-pub fn write_map_file(path: &Path, values: &[f64]) -> Result<()> {
-    let dtype = dtype_of(path).ok_or_else(|| {
-        Error::usage(format!(
-            "`{}` is no name for a raw map; it must end in .f32 or .f64",
-            path.display()
-        ))
-    })?;
-    write_atomically(path, &encode_raw(values, dtype))
-}
-
 /// Writes one file under its final name; nothing is left half-written. What is no regular file is written in place.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_streamed(path, |sink| sink(bytes))
+}
+
+/// As [`write_atomically`], the bytes given to a sink one after the other.
+pub(super) fn write_streamed(
+    path: &Path,
+    write: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()>,
+) -> Result<()> {
     let failed = |cause| Error::io("write", path, &cause);
+    let fill = |actual: &Path| {
+        let mut file = BufWriter::new(File::create(actual).map_err(failed)?);
+        write(&mut |bytes| file.write_all(bytes).map_err(failed))?;
+        file.flush().map_err(failed)
+    };
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
-        return fs::write(path, bytes).map_err(failed);
+        return fill(path);
     }
     let partial = Partial::beside(path);
-    fs::write(partial.path(), bytes).map_err(failed)?;
+    fill(partial.path())?;
     partial.rename(path).map_err(failed)
 }
 
 /// A file that is hashed as it is written.
-struct Hashed {
+pub(super) struct Hashed {
     file: File,
     hasher: blake3::Hasher,
     /// The name under which errors speak of it.
@@ -265,14 +263,14 @@ impl Hashed {
         })
     }
 
-    fn write(&mut self, bytes: &[u8]) -> Result<()> {
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.hasher.update(bytes);
         self.file
             .write_all(bytes)
             .map_err(|cause| Error::io("write", &self.shown, &cause))
     }
 
-    fn finish(self) -> Result<String> {
+    pub(super) fn finish(self) -> Result<String> {
         Ok(self.hasher.finalize().to_hex().to_string())
     }
 }

@@ -80,22 +80,24 @@ pub fn encode_raw(values: &[f64], dtype: Dtype) -> Vec<u8> {
         let value = if value.is_finite() { value } else { MISSING };
         match dtype {
             Dtype::F64 => bytes.extend_from_slice(&value.to_le_bytes()),
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "rounding to f32 is what is asked for"
-            )]
-            Dtype::F32 => {
-                let single = value as f32;
-                let single = if single.is_finite() {
-                    single
-                } else {
-                    MISSING as f32
-                };
-                bytes.extend_from_slice(&single.to_le_bytes());
-            }
+            Dtype::F32 => bytes.extend_from_slice(&single(value).to_le_bytes()),
         }
     }
     bytes
+}
+
+/// Rounded to f32; [`MISSING`] if there is no value, or none of that size.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to f32 is what is asked for"
+)]
+pub(super) fn single(value: f64) -> f32 {
+    let rounded = value as f32;
+    if rounded.is_finite() {
+        rounded
+    } else {
+        MISSING as f32
+    }
 }
 
 /// Reads `len` bytes: Nside, the values with missing pixels as [`MISSING`], and the BLAKE3 hash of the bytes.

@@ -1,7 +1,8 @@
 //! `dust3d map degrade`.
 
+use crate::config::Dtype;
 use crate::error::{Error, Result};
-use crate::io::{MapSource, write_map_file};
+use crate::io::{MapFormat, MapSource, write_map_file};
 use crate::kernels::healpix::{Nside, resample};
 use crate::kernels::simd::Level;
 use std::path::PathBuf;
@@ -15,14 +16,14 @@ pub(in super::super) struct Args {
     /// Nside of the result, a power of two, at most that of the map
     #[arg(long, value_name = "N")]
     nside: u32,
-    /// The result (.f32 or .f64); missing pixels are left out of the averages
+    /// The result (.f32, .f64, .fits or .npy); missing pixels are left out of the averages
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
 
 pub(super) fn execute(args: &Args, level: Level) -> Result<()> {
     let source = MapSource::parse(&args.map)?;
-    MapSource::parse(&args.out)?;
+    MapFormat::of(&args.out, Dtype::F64)?;
     let map = source.read()?;
     if !args.nside.is_power_of_two() || args.nside > map.nside {
         return Err(Error::usage(format!(

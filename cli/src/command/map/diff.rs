@@ -18,7 +18,7 @@ pub(in super::super) struct Args {
     /// The map subtracted from it
     #[arg(value_name = "B")]
     second: String,
-    /// Also write A − B here (.f32 or .f64)
+    /// Also write A − B here (.f32, .f64, .fits or .npy)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Fail (status 1) if rms(A − B) exceeds this multiple of rms(B), or other pixels are missing

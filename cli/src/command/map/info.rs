@@ -34,6 +34,12 @@ pub(super) fn execute(args: &Args) -> Result<()> {
             statistics.std,
             map.blake3,
         );
+        if let Some(unit) = &map.unit {
+            let _ = writeln!(text, "  unit     {unit}");
+        }
+        for note in &map.notes {
+            let _ = writeln!(text, "  note     {note}");
+        }
     }
     print(&text)
 }

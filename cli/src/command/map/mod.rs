@@ -39,7 +39,7 @@ pub(super) fn execute(command: Command, session: &Session) -> Result<()> {
     session.on_threads(0, || match command {
         Command::Info(args) => info::execute(&args),
         Command::Plot(args) => plot::execute(&args),
-        Command::Convert(args) => convert::execute(&args, session.level),
+        Command::Convert(args) => convert::execute(&args, session),
         Command::Degrade(args) => degrade::execute(&args, session.level),
         Command::Spectrum(args) => spectrum::execute(&args, session),
         Command::Diff(args) => diff::execute(&args),

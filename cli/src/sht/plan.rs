@@ -75,7 +75,7 @@ impl Geometry {
             })
             .collect();
         let table_len = phase_table_len(lmax);
-        let mut tables = vec![[[0.0; 8]; 2]; table_len * count];
+        let mut tables = vec![PhaseTable::default(); table_len * count];
         for (table, s) in tables.chunks_exact_mut(table_len).zip(&shapes) {
             phase_table(s, table);
         }

@@ -82,8 +82,8 @@ tolerances! {
 
 // Fit of modified blackbodies.
 tolerances! {
-    MBB_FIT_EXACT: "fit_into", "relative error of T, τ and absolute of β, noise-free", 1e-8, "conditioning at T = 60 K";
-    MBB_FIT: "fit_into", "T, τ relative, β absolute, against scipy", 1e-6, "the reference";
+    MBB_FIT_EXACT: "fit_into", "T, τ relative, β absolute, noise-free", 2e-14, "rounding times the conditioning, worst at T = 60 K";
+    MBB_FIT: "fit_into", "T, τ relative, β absolute, against scipy polished by Newton", 2e-14, "rounding of both";
 }
 
 // HEALPix: centres against 50 digits, weights against healpy.

@@ -229,6 +229,7 @@ impl Lanes for Avx2Lanes {
         unsafe fn half(k: __m256d) -> __m256d {
             // SAFETY: as above.
             unsafe {
+                let k = _mm256_max_pd(k, _mm256_set1_pd(-1022.0));
                 let shifted = _mm256_add_pd(k, _mm256_set1_pd(6_755_399_441_055_744.0 + 1023.0));
                 _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted)))
             }
@@ -238,9 +239,11 @@ impl Lanes for Avx2Lanes {
     }
     #[inline(always)]
     fn scale_exp2(self, k: Self) -> Self {
-        // Each half is in the range of `exp2_int`, and the first product is exact: one rounding, as AVX-512 has it.
+        // Both halves are in the range of `exp2_int` once k is within ±2044 (beyond, the result is 0 or ∞ anyway), and the
+        // first product is exact: one rounding, as AVX-512 has it.
         // SAFETY: lanes exist only with a token; registers only.
-        let half = unsafe { _mm256_set1_pd(0.5) };
+        let [lo, hi, half] = unsafe { [-2044.0, 2044.0, 0.5].map(|x| _mm256_set1_pd(x)) };
+        let k = k.max(Self(lo, lo)).min(Self(hi, hi));
         let first = (k * Self(half, half)).floor();
         self * first.exp2_int() * (k - first).exp2_int()
     }

@@ -191,11 +191,7 @@ impl Lanes for Avx512Lanes {
     #[inline(always)]
     fn exp2_int(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
-        Self(unsafe {
-            let k = _mm512_cvtpd_epi64(self.0);
-            let biased = _mm512_add_epi64(k, _mm512_set1_epi64(1023));
-            _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
-        })
+        Self(unsafe { _mm512_scalef_pd(_mm512_set1_pd(1.0), self.0) })
     }
     #[inline(always)]
     fn scale_exp2(self, k: Self) -> Self {

@@ -123,9 +123,9 @@ pub trait Lanes:
     /// Where the mask is set `yes`, elsewhere `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// 2^self for integers −1022 … 1023; anything else gives an unspecified value.
+    /// 2^self for integers −1022 … 1023; below, something in 0 … 2^−1022; above and for anything else unspecified.
     fn exp2_int(self) -> Self;
-    /// self · 2^k for integers |k| ≤ 2044, overflowing to infinity and underflowing gradually, rounded once for `self` of
+    /// self · 2^k for any integer k, overflowing to infinity and underflowing gradually, rounded once for `self` of
     /// ordinary size (2^±500).
     fn scale_exp2(self, k: Self) -> Self;
     /// For positive normal values: (m, e) with self = m·2^e, 1 ≤ m < 2, both as f64.

@@ -153,7 +153,11 @@ impl Lanes for PortableLanes {
     }
     #[inline(always)]
     fn scale_exp2(self, k: Self) -> Self {
-        // Each half is in the range of `exp2_int`, and the first product is exact: one rounding.
+        // Both halves are in the range of `exp2_int` once k is within ±2044 (beyond, the result is 0 or ∞ anyway), and the
+        // first product is exact: one rounding.
+        let k = k
+            .max(Self(f64x8::splat(-2044.0)))
+            .min(Self(f64x8::splat(2044.0)));
         let first = Self(k.0 * f64x8::HALF).floor();
         self * first.exp2_int() * (k - first).exp2_int()
     }

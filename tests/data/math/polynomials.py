@@ -75,6 +75,13 @@ report(
     lambda r: max(abs(r), h / 50) * mp.exp(-r / 2),
     -h, h, 9,
 )
+ln2 = mp.log(2)
+report(
+    "exp2: (2^r - 1 - r ln 2)/r^2, relative to 2^r - 1 (weight |r| 2^(-r/2), at least 1/100)",
+    safe(lambda r: (mp.expm1(r * ln2) - r * ln2) / r**2, [ln2 ** (k + 2) / mp.factorial(k + 2) for k in range(8)]),
+    lambda r: max(abs(r), mpf("0.01")) * mp.exp(-r * ln2 / 2) / ln2,
+    mpf("-0.50005"), mpf("0.50005"), 9,
+)
 z = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * mpf("1.0001")
 report(
     "ln: (ln((1+s)/(1-s)) - 2s)/s^3 in z = s^2, relative to ln",

@@ -1,3 +1,4 @@
 //! End-to-end tests of the `dust3d` command and library.
 
 mod config;
+mod fits;

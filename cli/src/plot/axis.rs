@@ -38,7 +38,7 @@ pub(super) fn colour_bar(
     // Zero is the number a reader looks for first; then the rest from left to right, where there is room.
     let (ticks, minor) = scale.ticks();
     for value in minor {
-        let x = bar.x + bar.width * scale.position(value) as f32;
+        let x = bar.x + bar.width * scale.spread().position(value) as f32;
         canvas.line(
             &[
                 (x, bar.y + bar.height),
@@ -89,7 +89,7 @@ fn place(
     size: f32,
 ) -> (String, f32, f32) {
     let label = label(scale, ticks, ticks[index]);
-    let x = bar.x + bar.width * scale.position(ticks[index]) as f32;
+    let x = bar.x + bar.width * scale.spread().position(ticks[index]) as f32;
     let half = canvas.text_width(&label, size) / 2.0;
     (label, x, half)
 }

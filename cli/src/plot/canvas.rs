@@ -99,12 +99,33 @@ impl Canvas {
         }
     }
 
-    /// Text with a halo, legible on a map of any colour.
+    /// Text on a map: dark on light or light on dark, with a faint halo.
     pub(super) fn text_on_map(&mut self, text: &str, size: f32, anchor: Anchor, x: f32, y: f32) {
         if let Some(path) = self.face.outline(text, size, anchor, x, y) {
-            self.stroke_path(&path, size / 5.0, Ink(255, 255, 255, 170));
-            self.fill_path(&path, TEXT);
+            let (ink, halo) = if self.is_dark_under(path.bounds()) {
+                (Ink(235, 235, 235, 255), Ink(0, 0, 0, 110))
+            } else {
+                (TEXT, Ink(255, 255, 255, 130))
+            };
+            self.stroke_path(&path, size / 6.0, halo);
+            self.fill_path(&path, ink);
         }
+    }
+
+    /// Whether the picture is dark on average in a rectangle.
+    fn is_dark_under(&self, area: Rect) -> bool {
+        let (left, right) = (area.left().max(0.0) as u32, area.right().max(0.0) as u32);
+        let (top, bottom) = (area.top().max(0.0) as u32, area.bottom().max(0.0) as u32);
+        let pixels = (top..=bottom).flat_map(|y| (left..=right).map(move |x| (x, y)));
+        let (mut sum, mut count) = (0_u64, 0_u64);
+        for pixel in pixels.filter_map(|(x, y)| self.pixmap.pixel(x, y)) {
+            // Luma, in thousandths.
+            sum += 299 * u64::from(pixel.red())
+                + 587 * u64::from(pixel.green())
+                + 114 * u64::from(pixel.blue());
+            count += 1;
+        }
+        sum < 110_000 * count
     }
 
     pub(super) fn text_width(&self, text: &str, size: f32) -> f32 {

@@ -4,7 +4,7 @@
 //! gnomonic square is |x|, |y| ≤ 1. Longitude increases to the left.
 
 use crate::error::Result;
-use crate::kernels::healpix::{Nside, ring};
+use crate::kernels::healpix::{Location, Nside, ring};
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -24,9 +24,6 @@ pub enum View {
         size_deg: f64,
     },
 }
-
-/// Galactic longitude and latitude, radians.
-pub(super) type LonLat = (f64, f64);
 
 impl View {
     /// Half the width of the plane; half the height is 1.
@@ -61,19 +58,18 @@ impl View {
         Ok(Cow::Owned(shown))
     }
 
-    /// The direction at (x, y); `None` off the sky.
-    pub(super) fn sky(self, x: f64, y: f64) -> Option<LonLat> {
+    /// The line of the plane at height y, with all that its points share.
+    pub(super) fn row(self, y: f64) -> Row {
         match self {
             Self::Mollweide => {
                 // y = sin a is the sine of the auxiliary angle of the parallel, sin b = (2a + sin 2a)/π.
-                let cos = (1.0 - y * y).sqrt();
-                if y.abs() > 1.0 || x.abs() > 2.0 * cos {
-                    return None;
+                let cos = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
+                let z = ((2.0 * y.clamp(-1.0, 1.0).asin() + 2.0 * y * cos) / PI).clamp(-1.0, 1.0);
+                Row::Parallel {
+                    reach: if y.abs() <= 1.0 { 2.0 * cos } else { -1.0 },
+                    z,
+                    sin_theta: ((1.0 - z) * (1.0 + z)).sqrt(),
                 }
-                let angle = y.asin();
-                let lat = ((2.0 * angle + 2.0 * y * cos) / PI).clamp(-1.0, 1.0).asin();
-                let lon = if cos > 0.0 { -FRAC_PI_2 * x / cos } else { 0.0 };
-                Some((lon, lat))
             }
             Self::Gnomonic {
                 lon_deg,
@@ -82,18 +78,20 @@ impl View {
             } => {
                 let reach = (size_deg.to_radians() / 2.0).tan();
                 let (sin, cos) = lat_deg.to_radians().sin_cos();
-                // Tangent plane: e points east (to the left), n north, the unit vector to the middle is the third axis.
-                let (e, n) = (-x * reach, y * reach);
-                let along = cos - n * sin;
-                let lon = lon_deg.to_radians() + e.atan2(along);
-                let lat = (sin + n * cos).atan2(e.hypot(along));
-                Some((lon, lat))
+                // Tangent plane: the unit vector to the middle, east to the left, north.
+                let north = y * reach;
+                Row::Tangent {
+                    reach,
+                    lon: lon_deg.to_radians(),
+                    along: cos - north * sin,
+                    up: sin + north * cos,
+                }
             }
         }
     }
 
     /// The point of the plane where a direction appears; `None` if it is not in front of the tangent plane.
-    pub(super) fn plane(self, (lon, lat): LonLat) -> Option<(f64, f64)> {
+    pub(super) fn plane(self, (lon, lat): (f64, f64)) -> Option<(f64, f64)> {
         match self {
             Self::Mollweide => {
                 let angle = auxiliary_angle(lat);
@@ -124,6 +122,52 @@ impl View {
     }
 }
 
+/// One line of the plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Row {
+    /// All points have one latitude.
+    Parallel { reach: f64, z: f64, sin_theta: f64 },
+    /// Points are (along, east, up) with east = −x · reach, turned by lon about the axis.
+    Tangent {
+        reach: f64,
+        lon: f64,
+        along: f64,
+        up: f64,
+    },
+}
+
+impl Row {
+    /// The direction at x; `None` off the sky.
+    pub(super) fn at(self, x: f64) -> Option<Location> {
+        match self {
+            Self::Parallel {
+                reach,
+                z,
+                sin_theta,
+            } => (x.abs() <= reach).then(|| Location {
+                z,
+                sin_theta,
+                phi: if reach > 0.0 { -PI * x / reach } else { 0.0 },
+            }),
+            Self::Tangent {
+                reach,
+                lon,
+                along,
+                up,
+            } => {
+                let east = -x * reach;
+                let flat = along * along + east * east;
+                let norm = (flat + up * up).sqrt();
+                Some(Location {
+                    z: up / norm,
+                    sin_theta: flat.sqrt() / norm,
+                    phi: lon + east.atan2(along),
+                })
+            }
+        }
+    }
+}
+
 /// Mollweide's auxiliary angle a of a latitude, 2a + sin 2a = π sin b, by Newton's method.
 fn auxiliary_angle(lat: f64) -> f64 {
     let target = PI * lat.sin();
@@ -146,6 +190,13 @@ fn auxiliary_angle(lat: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// Longitude and latitude at (x, y).
+    fn sky(view: View, x: f64, y: f64) -> Option<(f64, f64)> {
+        view.row(y)
+            .at(x)
+            .map(|location| (location.phi, FRAC_PI_2 - location.theta()))
+    }
+
     #[test]
     fn prop_grid_plane_inverts_sky() {
         let views = [
@@ -165,7 +216,7 @@ mod tests {
             for i in -19..20 {
                 for j in -19..20 {
                     let (x, y) = (f64::from(i) / 20.0 * view.half_width(), f64::from(j) / 20.0);
-                    if let Some(direction) = view.sky(x, y) {
+                    if let Some(direction) = sky(view, x, y) {
                         let (x2, y2) = view.plane(direction).expect("in front");
                         assert!(
                             (x - x2).abs() < 1e-8 && (y - y2).abs() < 1e-8,
@@ -179,10 +230,10 @@ mod tests {
 
     #[test]
     fn known_points_projection() {
-        assert_eq!(View::Mollweide.sky(0.0, 0.0), Some((0.0, 0.0)));
-        assert_eq!(View::Mollweide.sky(2.0, 0.1), None);
+        assert_eq!(sky(View::Mollweide, 0.0, 0.0), Some((0.0, 0.0)));
+        assert_eq!(sky(View::Mollweide, 2.0, 0.1), None);
         // A quarter turn to the left of the middle is l = 90°.
-        let (lon, lat) = View::Mollweide.sky(-1.0, 0.0).expect("on the sky");
+        let (lon, lat) = sky(View::Mollweide, -1.0, 0.0).expect("on the sky");
         assert!((lon - FRAC_PI_2).abs() < 1e-12 && lat.abs() < 1e-12);
         // Half of the sphere lies within 30° of the equator: its parallel is the one of sin b = 1/2.
         let (_, y) = View::Mollweide
@@ -195,11 +246,11 @@ mod tests {
             lat_deg: -30.0,
             size_deg: 20.0,
         };
-        let (lon, lat) = detail.sky(0.0, 1.0).expect("on the sky");
+        let (lon, lat) = sky(detail, 0.0, 1.0).expect("on the sky");
         assert!(
             (lat.to_degrees() + 20.0).abs() < 1e-10 && (lon.to_degrees() - 120.0).abs() < 1e-10
         );
-        let (lon, _) = detail.sky(-0.5, 0.0).expect("on the sky");
+        let (lon, _) = sky(detail, -0.5, 0.0).expect("on the sky");
         assert!(lon.to_degrees() > 120.0, "east is left");
     }
 }

@@ -109,17 +109,18 @@ impl Scale {
         }
     }
 
-    /// Position of a value, 0 at the first colour and 1 at the last, beyond them outside.
-    pub(super) fn position(self, value: f64) -> f64 {
+    /// The scale made ready for many values.
+    pub(super) fn spread(self) -> Spread {
         let (min, max) = self.ends();
-        let (low, high) = (self.stretch(min), self.stretch(max));
-        (self.stretch(value) - low) / (high - low)
-    }
-
-    fn stretch(self, value: f64) -> f64 {
-        match self {
-            Self::Linear { .. } => value,
-            Self::SymLog { threshold, .. } => (value.abs() / threshold).ln_1p().copysign(value),
+        let threshold = match self {
+            Self::Linear { .. } => None,
+            Self::SymLog { threshold, .. } => Some(threshold),
+        };
+        let low = stretch(threshold, min);
+        Spread {
+            threshold,
+            low,
+            length: stretch(threshold, max) - low,
         }
     }
 
@@ -161,6 +162,27 @@ impl Scale {
             }
         }
     }
+}
+
+/// A [`Scale`] made ready for many values.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spread {
+    threshold: Option<f64>,
+    low: f64,
+    length: f64,
+}
+
+impl Spread {
+    /// Position of a value, 0 at the first colour and 1 at the last, beyond them outside.
+    pub(super) fn position(self, value: f64) -> f64 {
+        (stretch(self.threshold, value) - self.low) / self.length
+    }
+}
+
+fn stretch(threshold: Option<f64>, value: f64) -> f64 {
+    threshold.map_or(value, |threshold| {
+        (value.abs() / threshold).ln_1p().copysign(value)
+    })
 }
 
 /// `factor` · 10^`power`, the double nearest to it.

@@ -4,14 +4,13 @@ use super::axis::colour_bar;
 use super::canvas::{Canvas, Frame, TEXT};
 use super::colours::{Colours, MISSING_COLOUR, Rgb};
 use super::graticule::Graticule;
-use super::projection::{LonLat, View};
-use super::scale::Scale;
+use super::projection::{Row, View};
+use super::scale::{Scale, Spread};
 use super::text::Anchor;
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
-use crate::kernels::healpix::{Nside, ring};
+use crate::kernels::healpix::{Location, Nside, ring};
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Samples per screen pixel and direction.
 const SAMPLES: usize = 4;
@@ -183,15 +182,17 @@ impl MapPlot<'_> {
 
     /// The map itself: every screen pixel is the mean colour of a grid of samples.
     fn raster(&self, canvas: &mut Canvas, map: Frame) -> Result<()> {
-        let nside = Nside::new(u64::from(self.nside))?;
-        let (width, height) = (map.width as usize, map.height as usize);
-        let rows: Vec<Vec<(Rgb, f64)>> = (0..height)
+        let shader = Shader {
+            nside: Nside::new(u64::from(self.nside))?,
+            values: self.values,
+            spread: self.scale.spread(),
+            colours: self.colours,
+            view: self.view,
+            size: (map.width as usize, map.height as usize),
+        };
+        let rows: Vec<Vec<(Rgb, f64)>> = (0..shader.size.1)
             .into_par_iter()
-            .map(|row| {
-                (0..width)
-                    .map(|column| self.shade(nside, row, column, width, height))
-                    .collect()
-            })
+            .map(|row| shader.row(row))
             .collect();
         for (row, pixels) in rows.into_iter().enumerate() {
             for (column, (colour, coverage)) in pixels.into_iter().enumerate() {
@@ -205,51 +206,58 @@ impl MapPlot<'_> {
         }
         Ok(())
     }
+}
 
-    /// Mean colour of one screen pixel, and how much of it is sky.
-    fn shade(
-        &self,
-        nside: Nside,
-        row: usize,
-        column: usize,
-        width: usize,
-        height: usize,
-    ) -> (Rgb, f64) {
-        let mut sum = [0.0; 3];
-        let mut hits = 0;
-        let sample = |index: usize, sub: usize, count: usize| {
-            (index as f64 + (sub as f64 + 0.5) / SAMPLES as f64) / count as f64 * 2.0 - 1.0
-        };
-        for i in 0..SAMPLES {
-            for j in 0..SAMPLES {
-                let x = sample(column, j, width) * self.view.half_width();
-                let y = -sample(row, i, height);
-                if let Some(colour) = self
-                    .view
-                    .sky(x, y)
-                    .and_then(|direction| self.colour(nside, direction))
-                {
-                    for (sum, channel) in sum.iter_mut().zip(colour) {
-                        *sum += channel;
+/// Finds the colours of screen pixels.
+struct Shader<'a> {
+    nside: Nside,
+    values: &'a [f64],
+    spread: Spread,
+    colours: Colours,
+    view: View,
+    /// Of the map on the screen, pixels.
+    size: (usize, usize),
+}
+
+impl Shader<'_> {
+    /// Mean colour of each pixel of a line of the screen, and how much of the pixel is sky.
+    fn row(&self, row: usize) -> Vec<(Rgb, f64)> {
+        let (width, height) = self.size;
+        let lines: [Row; SAMPLES] =
+            std::array::from_fn(|sub| self.view.row(-place(row, sub, height)));
+        (0..width)
+            .map(|column| {
+                let mut sum = [0.0; 3];
+                let mut hits = 0.0;
+                for sub in 0..SAMPLES {
+                    let x = place(column, sub, width) * self.view.half_width();
+                    for colour in lines.iter().filter_map(|line| self.colour(line.at(x)?)) {
+                        for (sum, channel) in sum.iter_mut().zip(colour) {
+                            *sum += channel;
+                        }
+                        hits += 1.0;
                     }
-                    hits += 1;
                 }
-            }
-        }
-        let count = f64::from(hits).max(1.0);
-        (
-            sum.map(|channel| channel / count),
-            f64::from(hits) / (SAMPLES * SAMPLES) as f64,
-        )
+                (
+                    sum.map(|channel| channel / f64::max(hits, 1.0)),
+                    hits / (SAMPLES * SAMPLES) as f64,
+                )
+            })
+            .collect()
     }
 
-    fn colour(&self, nside: Nside, (lon, lat): LonLat) -> Option<Rgb> {
-        let pixel = ring::ang2pix(nside, FRAC_PI_2 - lat, lon.rem_euclid(TAU)).ok()?;
+    fn colour(&self, location: Location) -> Option<Rgb> {
+        let pixel = ring::loc2pix(self.nside, location).ok()?;
         let value = *self.values.get(pixel as usize)?;
         Some(if is_missing(value) {
             MISSING_COLOUR
         } else {
-            self.colours.at(self.scale.position(value))
+            self.colours.at(self.spread.position(value))
         })
     }
+}
+
+/// Sample `sub` of screen pixel `index` of `count`, from −1 to 1.
+fn place(index: usize, sub: usize, count: usize) -> f64 {
+    (index as f64 + (sub as f64 + 0.5) / SAMPLES as f64) / count as f64 * 2.0 - 1.0
 }

@@ -213,7 +213,7 @@ impl Part<'_> {
         let order = self.orders.get(m, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_row, main_row) = own.row.split_at(count * self.polar.len());
+        let (polar_row, main_row) = own.row.split_at_mut(count * self.polar.len());
         own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
         let add_scalars = |sums: &[Coefficient],
                            channels: usize,
@@ -231,7 +231,7 @@ impl Part<'_> {
         if self.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
-            own.sums.resize(n * count, [[0.0; 8]; 4]);
+            own.states.resize(self.main.len(), [[0.0; 8]; 3]);
             sound(adjoint(
                 self.level,
                 self.main,
@@ -241,7 +241,7 @@ impl Part<'_> {
                 count,
                 main_row,
                 &mut own.coefficients,
-                &mut own.sums,
+                &mut own.states,
             ));
             add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
             if let [e, b] = &mut alms[scalars..] {
@@ -260,11 +260,11 @@ impl Part<'_> {
             }
         }
         if self.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_row, pair_row) = polar_row.split_at(scalars * self.polar.len());
+            let (scalar_row, pair_row) = polar_row.split_at_mut(scalars * self.polar.len());
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                own.sums.resize(n * scalars, [[0.0; 8]; 4]);
+                own.states.resize(self.polar.len(), [[0.0; 8]; 3]);
                 sound(adjoint(
                     self.level,
                     self.polar,
@@ -274,7 +274,7 @@ impl Part<'_> {
                     scalars,
                     scalar_row,
                     &mut own.polar_coefficients,
-                    &mut own.sums,
+                    &mut own.states,
                 ));
                 add_scalars(&own.polar_coefficients, scalars, n, alms, &mut own.mixing);
             }

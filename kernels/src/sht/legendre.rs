@@ -18,8 +18,8 @@
 //! * *Masked phase:* while some lanes are, they contribute zero. Scales change only at multiples of
 //!   [`CHECK`](super::start::CHECK) steps from the start, whatever the blocking, so the blocking leaves no trace in the bits.
 //! * *Polar limit:* blocks of rings with m above [`RingBlock::m_limit`] are left out altogether.
-//! * *Transpose:* the adjoint's sums over rings stay eight lanes wide in memory and are added up once, at the end, in
-//!   ring order.
+//! * *Transpose:* the adjoint takes all rings through [`CHUNK`] steps before the next, so that its sums over rings stay
+//!   in the first-level cache, eight lanes wide and in ring order; the lanes are added up once.
 
 use super::recurrence::Step;
 use super::rings::RingBlock;
@@ -157,7 +157,9 @@ fn synthesis_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize
     norm: f64,
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
-) -> [[PhaseBlock; C]; V] {
+    (count, at): (usize, usize),
+    out: &mut [PhaseBlock],
+) {
     let (y, start) = begin::<L, V>(token, rings, m, norm);
     let zero = L::splat(token, 0.0);
     let (mut q, mut s, mut before) = ([zero; V], [zero; V], [zero; V]);
@@ -202,18 +204,19 @@ fn synthesis_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize
         gather::<L, V, C>(token, c, &q, &mut sums);
     }
 
-    let mut out = [[[[0.0; 8]; 4]; C]; V];
-    for v in 0..V {
-        let cos = L::load(token, &rings[v].cos);
-        for c in 0..C {
+    for (c, channel) in out.chunks_exact_mut(count).take(C).enumerate() {
+        let Some(to) = channel.get_mut(at..at + V) else {
+            return;
+        };
+        for v in 0..V {
+            let cos = L::load(token, &rings[v].cos);
             for part in 0..2 {
                 let (even, odd) = (sums[v][c][part], sums[v][c][part + 2] * cos);
-                (even + odd).store(&mut out[v][c][part]);
-                (even - odd).store(&mut out[v][c][part + 2]);
+                (even + odd).store(&mut to[v][part]);
+                (even - odd).store(&mut to[v][part + 2]);
             }
         }
     }
-    out
 }
 
 /// The pairs of rings of one order, group by group.
@@ -234,39 +237,31 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
     {
         match rest.first_chunk::<V>() {
             Some(group) if group[V - 1].polar == first.polar => {
-                let phases = if first.polar {
-                    synthesis_group::<L, V, C, 2>(token, group, m, norm, steps, coefficients)
+                let place = (count, at);
+                if first.polar {
+                    synthesis_group::<L, V, C, 2>(
+                        token, group, m, norm, steps, coefficients, place, out,
+                    );
                 } else {
-                    synthesis_group::<L, V, C, 1>(token, group, m, norm, steps, coefficients)
-                };
-                store_phases(&phases, count, at, out);
+                    synthesis_group::<L, V, C, 1>(
+                        token, group, m, norm, steps, coefficients, place, out,
+                    );
+                }
                 at += V;
             }
             _ => {
                 let group = core::array::from_ref(first);
-                let phases = if first.polar {
-                    synthesis_group::<L, 1, C, 2>(token, group, m, norm, steps, coefficients)
+                let place = (count, at);
+                if first.polar {
+                    synthesis_group::<L, 1, C, 2>(
+                        token, group, m, norm, steps, coefficients, place, out,
+                    );
                 } else {
-                    synthesis_group::<L, 1, C, 1>(token, group, m, norm, steps, coefficients)
-                };
-                store_phases(&phases, count, at, out);
+                    synthesis_group::<L, 1, C, 1>(
+                        token, group, m, norm, steps, coefficients, place, out,
+                    );
+                }
                 at += 1;
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn store_phases<const V: usize, const C: usize>(
-    phases: &[[PhaseBlock; C]; V],
-    count: usize,
-    at: usize,
-    out: &mut [PhaseBlock],
-) {
-    for (c, channel) in out.chunks_exact_mut(count).take(C).enumerate() {
-        if let Some(to) = channel.get_mut(at..at + V) {
-            for v in 0..V {
-                to[v] = phases[v][c];
             }
         }
     }
@@ -362,26 +357,50 @@ fn scatter<L: Lanes, const V: usize, const C: usize>(
     }
 }
 
+/// Where the recurrence stands on a block: q, its predecessor, scale.
+pub type RecurrenceState = [[f64; 8]; 3];
+
+/// Steps taken on all rings before the next: the sums of these steps stay in the first-level cache.
+const CHUNK: usize = 32;
+const _: () = assert!(CHUNK.is_multiple_of(2 * CHECK), "scales change at multiples of CHECK");
+
+/// Takes V blocks through some steps, from and to the stored state.
 #[inline(always)]
 fn adjoint_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
     token: L::Token,
     rings: &[RingBlock; V],
-    m: usize,
-    norm: f64,
     steps: &[Step],
-    parts: &Accumulators<L, V, C>,
+    (count, at): (usize, usize),
+    parts: &[PhaseBlock],
+    states: &mut [RecurrenceState; V],
     sums: &mut [[Sums; C]],
 ) {
-    let (y, start) = begin::<L, V>(token, rings, m, norm);
     let zero = L::splat(token, 0.0);
+    let mut y = [zero; V];
     let (mut q, mut s, mut before) = ([zero; V], [zero; V], [zero; V]);
+    let mut part: Accumulators<L, V, C> = [[[zero; 4]; C]; V];
     for v in 0..V {
-        (q[v], s[v]) = (start[v].q, start[v].s);
+        y[v] = L::load(token, &rings[v].y);
+        q[v] = L::load(token, &states[v][0]);
+        before[v] = L::load(token, &states[v][1]);
+        s[v] = L::load(token, &states[v][2]);
     }
 
     let n = start_phase::<L, V, COLUMN>(token, steps, &y, &mut q, &mut before, &mut s);
     let steps = steps.get(n..).unwrap_or(&[]);
     let sums = sums.get_mut(n..).unwrap_or(&mut []);
+
+    if !steps.is_empty() {
+        for (c, channel) in parts.chunks_exact(count).take(C).enumerate() {
+            if let Some(from) = channel.get(at..at + V) {
+                for v in 0..V {
+                    for k in 0..4 {
+                        part[v][c][k] = L::load(token, &from[v][k]);
+                    }
+                }
+            }
+        }
+    }
 
     let mut n = 0;
     for (chunk, chunk_s) in steps.chunks(CHECK).zip(sums.chunks_mut(CHECK)) {
@@ -390,7 +409,7 @@ fn adjoint_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
         }
         for (step, sum) in chunk.iter().zip(chunk_s) {
             let live = masked(token, &q, &s);
-            scatter::<L, V, C>(token, &live, parts, sum);
+            scatter::<L, V, C>(token, &live, &part, sum);
             advance::<L, V, COLUMN>(token, step, &y, &mut q, &mut before);
         }
         for v in 0..V {
@@ -404,41 +423,50 @@ fn adjoint_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
     let (pairs, last) = steps.as_chunks::<2>();
     let (pairs_s, last_s) = sums.as_chunks_mut::<2>();
     for (step, sum) in pairs.iter().zip(pairs_s) {
-        scatter::<L, V, C>(token, &q, parts, &mut sum[0]);
+        scatter::<L, V, C>(token, &q, &part, &mut sum[0]);
         advance::<L, V, COLUMN>(token, &step[0], &y, &mut q, &mut before);
-        scatter::<L, V, C>(token, &q, parts, &mut sum[1]);
+        scatter::<L, V, C>(token, &q, &part, &mut sum[1]);
         advance::<L, V, COLUMN>(token, &step[1], &y, &mut q, &mut before);
     }
     if let ([_], [sum]) = (last, last_s) {
-        scatter::<L, V, C>(token, &q, parts, sum);
+        scatter::<L, V, C>(token, &q, &part, sum);
+    }
+    for v in 0..V {
+        q[v].store(&mut states[v][0]);
+        before[v].store(&mut states[v][1]);
+        s[v].store(&mut states[v][2]);
     }
 }
 
-/// Even and odd parts of V blocks, as the transpose of the end of [`synthesis_group`].
+/// North, south → even, odd · cos θ in place: the transpose of the end of [`synthesis_group`]; and the recurrence's
+/// start on every block.
 #[inline(always)]
-fn load_parts<L: Lanes, const V: usize, const C: usize>(
+fn adjoint_begin<L: Lanes>(
     token: L::Token,
-    rings: &[RingBlock; V],
-    count: usize,
-    at: usize,
-    phases: &[PhaseBlock],
-) -> Accumulators<L, V, C> {
-    let zero = L::splat(token, 0.0);
-    let mut parts = [[[zero; 4]; C]; V];
-    for (c, channel) in phases.chunks_exact(count).take(C).enumerate() {
-        if let Some(from) = channel.get(at..at + V) {
-            for v in 0..V {
-                let cos = L::load(token, &rings[v].cos);
-                for part in 0..2 {
-                    let north = L::load(token, &from[v][part]);
-                    let south = L::load(token, &from[v][part + 2]);
-                    parts[v][c][part] = north + south;
-                    parts[v][c][part + 2] = (north - south) * cos;
-                }
+    rings: &[RingBlock],
+    m: usize,
+    norm: f64,
+    phases: &mut [PhaseBlock],
+    states: &mut [RecurrenceState],
+) {
+    let first = first_active(rings, m);
+    for channel in phases.chunks_exact_mut(rings.len()) {
+        for (block, ring) in channel.iter_mut().zip(rings).skip(first) {
+            let cos = L::load(token, &ring.cos);
+            for part in 0..2 {
+                let north = L::load(token, &block[part]);
+                let south = L::load(token, &block[part + 2]);
+                (north + south).store(&mut block[part]);
+                ((north - south) * cos).store(&mut block[part + 2]);
             }
         }
     }
-    parts
+    for (ring, state) in rings.iter().zip(states).skip(first) {
+        let start = power::<L>(token, norm, (m as f64, &ring.log_sin), (0.0, &ring.log_sin));
+        start.q.store(&mut state[0]);
+        L::splat(token, 0.0).store(&mut state[1]);
+        start.s.store(&mut state[2]);
+    }
 }
 
 #[inline(always)]
@@ -448,44 +476,53 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
     m: usize,
     norm: f64,
     steps: &[Step],
-    phases: &[PhaseBlock],
-    sums: &mut [[Sums; C]],
+    phases: &mut [PhaseBlock],
     coefficients: &mut [[Coefficient; C]],
+    states: &mut [RecurrenceState],
 ) {
     let count = rings.len();
-    for sum in sums.iter_mut() {
-        *sum = [[[0.0; 8]; 4]; C];
-    }
-    let mut at = first_active(rings, m);
-    while let Some(rest) = rings.get(at..)
-        && let Some(first) = rest.first()
-    {
-        match rest.first_chunk::<V>() {
-            Some(group) if group[V - 1].polar == first.polar => {
-                let parts = load_parts::<L, V, C>(token, group, count, at, phases);
-                if first.polar {
-                    adjoint_group::<L, V, C, 2>(token, group, m, norm, steps, &parts, sums);
-                } else {
-                    adjoint_group::<L, V, C, 1>(token, group, m, norm, steps, &parts, sums);
+    adjoint_begin::<L>(token, rings, m, norm, phases, states);
+    let phases = &*phases;
+    let start = first_active(rings, m);
+    let mut sums = [[[[0.0; 8]; 4]; C]; CHUNK];
+    for (steps, coefficients) in steps.chunks(CHUNK).zip(coefficients.chunks_mut(CHUNK)) {
+        let sums = sums.get_mut(..steps.len()).unwrap_or(&mut []);
+        for sum in sums.iter_mut() {
+            *sum = [[[0.0; 8]; 4]; C];
+        }
+        let mut at = start;
+        while let (Some(rest), Some(states)) = (rings.get(at..), states.get_mut(at..))
+            && let Some(first) = rest.first()
+        {
+            let place = (count, at);
+            match (rest.first_chunk::<V>(), states.first_chunk_mut::<V>()) {
+                (Some(group), Some(states)) if group[V - 1].polar == first.polar => {
+                    if first.polar {
+                        adjoint_group::<L, V, C, 2>(token, group, steps, place, phases, states, sums);
+                    } else {
+                        adjoint_group::<L, V, C, 1>(token, group, steps, place, phases, states, sums);
+                    }
+                    at += V;
                 }
-                at += V;
-            }
-            _ => {
-                let group = core::array::from_ref(first);
-                let parts = load_parts::<L, 1, C>(token, group, count, at, phases);
-                if first.polar {
-                    adjoint_group::<L, 1, C, 2>(token, group, m, norm, steps, &parts, sums);
-                } else {
-                    adjoint_group::<L, 1, C, 1>(token, group, m, norm, steps, &parts, sums);
+                _ => {
+                    let Some(states) = states.first_chunk_mut::<1>() else {
+                        return;
+                    };
+                    let group = core::array::from_ref(first);
+                    if first.polar {
+                        adjoint_group::<L, 1, C, 2>(token, group, steps, place, phases, states, sums);
+                    } else {
+                        adjoint_group::<L, 1, C, 1>(token, group, steps, place, phases, states, sums);
+                    }
+                    at += 1;
                 }
-                at += 1;
             }
         }
-    }
-    for (coefficient, sum) in coefficients.iter_mut().zip(sums.iter()) {
-        for c in 0..C {
-            for k in 0..4 {
-                coefficient[c][k] = L::load(token, &sum[c][k]).reduce_sum();
+        for (coefficient, sum) in coefficients.iter_mut().zip(sums.iter()) {
+            for c in 0..C {
+                for k in 0..4 {
+                    coefficient[c][k] = L::load(token, &sum[c][k]).reduce_sum();
+                }
             }
         }
     }
@@ -493,11 +530,11 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
 
 /// The transpose of [`synthesis`]: F_m on rings → coefficients.
 ///
-/// `phases` as `out` there (blocks beyond the polar limit are not read; repeated rings at the end must be zero),
-/// `coefficients` written as laid out there, `scratch` of (steps, channels); its contents are of no consequence.
+/// `phases` as `out` there (blocks beyond the polar limit are not read; repeated rings at the end must be zero); they
+/// are destroyed. `coefficients` are written as laid out there; `scratch`: one entry per block, of no consequence.
 ///
 /// # Errors
-/// [`Error::Length`] as in [`synthesis`], and unless `scratch` is as long as `coefficients`.
+/// [`Error::Length`] as in [`synthesis`], and unless `scratch` is as long as `rings`.
 pub fn adjoint(
     level: Level,
     rings: &[RingBlock],
@@ -505,24 +542,23 @@ pub fn adjoint(
     norm: f64,
     steps: &[Step],
     channels: usize,
-    phases: &[PhaseBlock],
+    phases: &mut [PhaseBlock],
     coefficients: &mut [Coefficient],
-    scratch: &mut [Sums],
+    scratch: &mut [RecurrenceState],
 ) -> Result<(), Error> {
     let count = coefficients.len() / channels.max(1);
     Error::check_len("coefficients", count * channels, coefficients.len())?;
     Error::check_scratch("steps", count, steps.len())?;
-    Error::check_scratch("scratch", coefficients.len(), scratch.len())?;
+    Error::check_scratch("scratch", rings.len(), scratch.len())?;
     Error::check_len("phases", channels * rings.len(), phases.len())?;
     if rings.is_empty() {
         coefficients.fill([0.0; 4]);
         return Ok(());
     }
     let steps = steps.get(..count).unwrap_or(&[]);
-    let scratch = scratch.get_mut(..coefficients.len()).unwrap_or(&mut []);
+    let scratch = scratch.get_mut(..rings.len()).unwrap_or(&mut []);
     macro_rules! enter {
         ($channels:literal, $wide:literal, $narrow:literal) => {{
-            let sums = scratch.as_chunks_mut::<$channels>().0;
             let coefficients = coefficients.as_chunks_mut::<$channels>().0;
             if level.name() == "avx512" {
                 $crate::dispatch!(level, |token: L| adjoint_body::<L, $wide, $channels>(
@@ -532,8 +568,8 @@ pub fn adjoint(
                     norm,
                     steps,
                     phases,
-                    sums,
-                    coefficients
+                    coefficients,
+                    scratch
                 ));
             } else {
                 $crate::dispatch!(level, |token: L| adjoint_body::<L, $narrow, $channels>(
@@ -543,8 +579,8 @@ pub fn adjoint(
                     norm,
                     steps,
                     phases,
-                    sums,
-                    coefficients
+                    coefficients,
+                    scratch
                 ));
             }
         }};

@@ -62,14 +62,30 @@ pub fn scalar_coefficients(
     channel: usize,
     out: &mut [Coefficient],
 ) {
-    let at = |k: usize| alm.get(k).copied().unwrap_or_default();
-    let slots = out.iter_mut().skip(channel).step_by(channels.max(1));
     let eps = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>().0;
-    for (n, ((out, step), e)) in slots.zip(steps).zip(eps).enumerate() {
+    let slots = out.chunks_exact_mut(channels.max(1));
+    let (pairs, last) = alm.as_chunks::<2>();
+    // a_{l+2} of every step: the first of the pairs but the first, then the single one
+    let after = if pairs.is_empty() { &[] } else { last };
+    let mut next = pairs.iter().skip(1).map(|p| p[0]).chain(after.iter().copied());
+    let mut pairs = pairs.iter().copied();
+    let mut last = last.iter().copied();
+    let zero = Complex::default();
+    for ((slot, step), e) in slots.zip(steps).zip(eps) {
+        let [here, odd] = pairs
+            .next()
+            .unwrap_or_else(|| [last.next().unwrap_or(zero), zero]);
+        let above = next.next().unwrap_or(zero);
         let alpha = step[3];
-        let even = (at(2 * n) * e[0] + at(2 * n + 2) * e[1]) * alpha;
-        let odd = at(2 * n + 1) * alpha;
-        *out = [even.re, even.im, odd.re, odd.im];
+        let (e0, e1) = (e[0] * alpha, e[1] * alpha);
+        if let Some(out) = slot.get_mut(channel) {
+            *out = [
+                here.re * e0 + above.re * e1,
+                here.im * e0 + above.im * e1,
+                odd.re * alpha,
+                odd.im * alpha,
+            ];
+        }
     }
 }
 

@@ -101,67 +101,119 @@ fn phase<L: Lanes>(token: L::Token, m: usize, table: &[PhaseTable], scale: L) ->
     ))
 }
 
-#[inline(always)]
-fn spectrum_body<'a, L: Lanes>(
-    token: L::Token,
-    phases: impl Iterator<Item = &'a PhaseBlock>,
-    scale: &[f64; 8],
-    table: &[PhaseTable],
-    shapes: &RingShapes,
-    spectra: &mut [Complex<f64>],
-) {
-    spectra.fill(Complex::default());
+/// Start of each ring pair's spectrum.
+fn starts(shapes: &RingShapes) -> [usize; 8] {
     let mut starts = [0; 8];
     let mut sum = 0;
     for (start, n) in starts.iter_mut().zip(shapes.pixels) {
         *start = sum;
         sum += n;
     }
+    starts
+}
+
+/// Do `orders` orders and their negatives fall on different harmonics of every ring? Else some alias.
+fn all_distinct(shapes: &RingShapes, orders: usize) -> bool {
+    shapes.pixels.iter().all(|&n| n == 0 || 2 * orders <= n)
+}
+
+/// Orders moved together between lanes and spectra.
+const BATCH: usize = 8;
+
+/// N_m + i S_m and conj N_m + i conj S_m of one order, as (imaginary, real, imaginary, real).
+#[inline(always)]
+fn combine<L: Lanes>(token: L::Token, block: &PhaseBlock, (c, s): (L, L)) -> PhaseBlock {
+    let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
+    let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
+    let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
+    let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
+    let mut out = [[0.0; 8]; 4];
+    (ni + sr).store(&mut out[0]);
+    (nr - si).store(&mut out[1]);
+    (sr - ni).store(&mut out[2]);
+    (nr + si).store(&mut out[3]);
+    out
+}
+
+#[inline(always)]
+fn spectrum_body<L: Lanes>(
+    token: L::Token,
+    phases: &[PhaseBlock],
+    (stride, orders): (usize, usize),
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    shapes: &RingShapes,
+    spectra: &mut [Complex<f64>],
+) {
+    let starts = starts(shapes);
     let scale = L::load(token, scale);
-    // m mod n of each ring
-    let mut harmonic = [0usize; 8];
-    for (m, block) in phases.enumerate() {
-        let Some((c, s)) = phase::<L>(token, m, table, scale) else {
-            return;
-        };
-        let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
-        let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
-        let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
-        let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
-        if m == 0 {
-            let (nr, sr) = (nr.to_array(), sr.to_array());
+    let distinct = all_distinct(shapes, orders);
+    if !distinct {
+        spectra.fill(Complex::default());
+    }
+    let mut first = 0;
+    while first < orders {
+        let count = BATCH.min(orders - first);
+        let mut batch = [[[0.0; 8]; 4]; BATCH];
+        for (j, out) in batch.iter_mut().enumerate().take(count) {
+            let m = first + j;
+            let (Some(rotation), Some(block)) = (
+                phase::<L>(token, m, table, scale),
+                phases.get(m * stride),
+            ) else {
+                return;
+            };
+            *out = combine::<L>(token, block, rotation);
+        }
+        if first == 0 {
+            // F_0 is real, and its two harmonics are one
             for lane in 0..8 {
-                if shapes.pixels[lane] > 0
-                    && let Some(z) = spectra.get_mut(starts[lane])
-                {
-                    *z = Complex::new(sr[lane], nr[lane]);
-                }
+                batch[0][0][lane] = 0.5 * (batch[0][0][lane] + batch[0][2][lane]);
+                batch[0][1][lane] = 0.5 * (batch[0][1][lane] + batch[0][3][lane]);
+                (batch[0][2][lane], batch[0][3][lane]) = (0.0, 0.0);
             }
-        } else {
-            let plus_re = (nr - si).to_array();
-            let plus_im = (ni + sr).to_array();
-            let minus_re = (nr + si).to_array();
-            let minus_im = (sr - ni).to_array();
-            for lane in 0..8 {
-                let n = shapes.pixels[lane];
-                if n == 0 {
-                    continue;
+        }
+        for lane in 0..8 {
+            let n = shapes.pixels[lane];
+            let Some(ring) = spectra.get_mut(starts[lane]..starts[lane] + n) else {
+                return;
+            };
+            if n == 0 {
+                continue;
+            }
+            if distinct {
+                let last = first + count;
+                if let Some(plus) = ring.get_mut(first..last) {
+                    for (z, b) in plus.iter_mut().zip(&batch) {
+                        *z = Complex::new(b[0][lane], b[1][lane]);
+                    }
                 }
-                let k = if harmonic[lane] + 1 == n {
-                    0
-                } else {
-                    harmonic[lane] + 1
-                };
-                harmonic[lane] = k;
-                let opposite = if k == 0 { 0 } else { n - k };
-                if let Some(z) = spectra.get_mut(starts[lane] + k) {
-                    *z += Complex::new(plus_im[lane], plus_re[lane]);
+                let begin = usize::from(first == 0);
+                if let Some(minus) = ring.get_mut(n + 1 - last..n + 1 - first - begin) {
+                    for (z, b) in minus.iter_mut().rev().zip(&batch[begin..]) {
+                        *z = Complex::new(b[2][lane], b[3][lane]);
+                    }
                 }
-                if let Some(z) = spectra.get_mut(starts[lane] + opposite) {
-                    *z += Complex::new(minus_im[lane], minus_re[lane]);
+                if last == orders
+                    && let Some(gap) = ring.get_mut(last..n + 1 - last)
+                {
+                    gap.fill(Complex::default());
+                }
+            } else {
+                let mut k = first % n;
+                for b in batch.iter().take(count) {
+                    let opposite = if k == 0 { 0 } else { n - k };
+                    if let Some(z) = ring.get_mut(k) {
+                        *z += Complex::new(b[0][lane], b[1][lane]);
+                    }
+                    if let Some(z) = ring.get_mut(opposite) {
+                        *z += Complex::new(b[2][lane], b[3][lane]);
+                    }
+                    k = if k + 1 == n { 0 } else { k + 1 };
                 }
             }
         }
+        first += count;
     }
 }
 
@@ -188,7 +240,8 @@ pub fn spectrum_from_phases(
     let phases = phases.get(offset..).unwrap_or(&[]);
     crate::dispatch!(level, |token: L| spectrum_body::<L>(
         token,
-        phases.iter().step_by(stride.max(1)).take(orders),
+        phases,
+        (stride, orders),
         scale,
         table,
         shapes,
@@ -198,59 +251,79 @@ pub fn spectrum_from_phases(
 }
 
 #[inline(always)]
-fn phases_body<'a, L: Lanes>(
+fn phases_body<L: Lanes>(
     token: L::Token,
     spectra: &[Complex<f64>],
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
-    phases: impl Iterator<Item = &'a mut PhaseBlock>,
+    phases: &mut [PhaseBlock],
+    (stride, orders): (usize, usize),
 ) {
-    let mut starts = [0; 8];
-    let mut sum = 0;
-    for (start, n) in starts.iter_mut().zip(shapes.pixels) {
-        *start = sum;
-        sum += n;
-    }
-    let scale = L::load(token, scale);
-    let half = L::splat(token, 0.5);
-    let mut harmonic = [0usize; 8];
-    for (m, block) in phases.enumerate() {
-        let Some((c, s)) = phase::<L>(token, m, table, scale) else {
-            return;
-        };
-        let mut z = [[0.0; 8]; 4];
+    let starts = starts(shapes);
+    let scale = L::load(token, scale) * L::splat(token, 0.5);
+    let distinct = all_distinct(shapes, orders);
+    let mut first = 0;
+    while first < orders {
+        let count = BATCH.min(orders - first);
+        let mut batch = [[[0.0; 8]; 4]; BATCH];
         for lane in 0..8 {
             let n = shapes.pixels[lane];
+            let Some(ring) = spectra.get(starts[lane]..starts[lane] + n) else {
+                return;
+            };
             if n == 0 {
                 continue;
             }
-            let k = harmonic[lane];
-            let opposite = if k == 0 { 0 } else { n - k };
-            harmonic[lane] = if k + 1 == n { 0 } else { k + 1 };
-            if let (Some(plus), Some(minus)) = (
-                spectra.get(starts[lane] + k),
-                spectra.get(starts[lane] + opposite),
-            ) {
-                z[0][lane] = plus.re;
-                z[1][lane] = plus.im;
-                z[2][lane] = minus.re;
-                z[3][lane] = minus.im;
+            if distinct && first > 0 {
+                let last = first + count;
+                if let (Some(plus), Some(minus)) =
+                    (ring.get(first..last), ring.get(n + 1 - last..n + 1 - first))
+                {
+                    for (b, (p, m)) in batch.iter_mut().zip(plus.iter().zip(minus.iter().rev())) {
+                        b[0][lane] = p.re;
+                        b[1][lane] = p.im;
+                        b[2][lane] = m.re;
+                        b[3][lane] = m.im;
+                    }
+                }
+            } else {
+                let mut k = first % n;
+                for b in batch.iter_mut().take(count) {
+                    let opposite = if k == 0 { 0 } else { n - k };
+                    if let (Some(p), Some(m)) = (ring.get(k), ring.get(opposite)) {
+                        b[0][lane] = p.re;
+                        b[1][lane] = p.im;
+                        b[2][lane] = m.re;
+                        b[3][lane] = m.im;
+                    }
+                    k = if k + 1 == n { 0 } else { k + 1 };
+                }
             }
         }
-        let (pr, pi) = (L::load(token, &z[0]), L::load(token, &z[1]));
-        let (mr, mi) = (L::load(token, &z[2]), L::load(token, &z[3]));
-        // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
-        let (nr, ni) = ((pr + mr) * half, (pi - mi) * half);
-        let (sr, si) = ((pi + mi) * half, (mr - pr) * half);
-        nr.mul_add(c, ni * s).store(&mut block[0]);
-        ni.mul_sub(c, nr * s).store(&mut block[1]);
-        sr.mul_add(c, si * s).store(&mut block[2]);
-        si.mul_sub(c, sr * s).store(&mut block[3]);
-        if m == 0 {
-            block[1] = [0.0; 8];
-            block[3] = [0.0; 8];
+        for (j, z) in batch.iter().enumerate().take(count) {
+            let m = first + j;
+            let (Some((c, s)), Some(block)) = (
+                phase::<L>(token, m, table, scale),
+                phases.get_mut(m * stride),
+            ) else {
+                return;
+            };
+            let (pr, pi) = (L::load(token, &z[0]), L::load(token, &z[1]));
+            let (mr, mi) = (L::load(token, &z[2]), L::load(token, &z[3]));
+            // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
+            let (nr, ni) = (pr + mr, pi - mi);
+            let (sr, si) = (pi + mi, mr - pr);
+            nr.mul_add(c, ni * s).store(&mut block[0]);
+            ni.mul_sub(c, nr * s).store(&mut block[1]);
+            sr.mul_add(c, si * s).store(&mut block[2]);
+            si.mul_sub(c, sr * s).store(&mut block[3]);
+            if m == 0 {
+                block[1] = [0.0; 8];
+                block[3] = [0.0; 8];
+            }
         }
+        first += count;
     }
 }
 
@@ -278,7 +351,8 @@ pub fn phases_from_spectrum(
         scale,
         table,
         shapes,
-        phases.iter_mut().step_by(stride.max(1)).take(orders)
+        phases,
+        (stride, orders)
     ));
     Ok(())
 }

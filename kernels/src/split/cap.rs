@@ -16,6 +16,7 @@
 
 use super::dual;
 use super::residual::{fractions, norm, power_of_two, share, unit_scale};
+use crate::scalar::abs;
 
 /// What became of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,48 +31,41 @@ pub enum Outcome {
     Missing,
 }
 
-/// Relative excess over a cap that is rounding.
-const SLACK: f64 = 1e-13;
+/// Relative excess over a cap, and relative error of a sum, that are rounding.
+const SLACK: f64 = 4e-13;
 
 /// Length of the scratch of [`renormalise_pixel`].
 #[must_use]
 pub const fn pixel_scratch_len(n_layers: usize) -> usize {
-    7 * n_layers
+    5 * n_layers
 }
 
 /// Views of the scratch, N numbers each.
-pub(super) struct Work<'a> {
+struct Work<'a> {
     /// F_i, then w_i.
     weight: &'a mut [f64],
-    /// I_i/ΣI.
-    fraction: &'a mut [f64],
     /// Caps c_i.
     cap: &'a mut [f64],
-    /// What a layer receives in a pass; the state after the passes.
-    q: &'a mut [f64],
-    u: &'a mut [f64],
+    /// What layers receive in a pass; later the state after the passes.
     spare_q: &'a mut [f64],
     spare_u: &'a mut [f64],
 }
 
 impl<'a> Work<'a> {
-    fn new(n: usize, scratch: &'a mut [f64]) -> Option<Self> {
+    /// The views, and N numbers for I_i/ΣI.
+    fn new(n: usize, scratch: &'a mut [f64]) -> Option<(Self, &'a mut [f64])> {
         let (weight, rest) = scratch.split_at_mut_checked(n)?;
         let (fraction, rest) = rest.split_at_mut_checked(n)?;
         let (cap, rest) = rest.split_at_mut_checked(n)?;
-        let (q, rest) = rest.split_at_mut_checked(n)?;
-        let (u, rest) = rest.split_at_mut_checked(n)?;
         let (spare_q, rest) = rest.split_at_mut_checked(n)?;
         let (spare_u, _) = rest.split_at_mut_checked(n)?;
-        Some(Self {
+        let work = Self {
             weight,
-            fraction,
             cap,
-            q,
-            u,
             spare_q,
             spare_u,
-        })
+        };
+        Some((work, fraction))
     }
 }
 
@@ -113,7 +107,7 @@ pub fn renormalise_pixel(
     if q.len() != n || u.len() != n {
         return Outcome::Missing;
     }
-    let Some(work) = Work::new(n, scratch) else {
+    let Some((work, fraction)) = Work::new(n, scratch) else {
         return Outcome::Missing;
     };
     let maps = q.iter().chain(u.iter()).chain(&observed);
@@ -123,95 +117,99 @@ pub fn renormalise_pixel(
         u.fill(f64::NAN);
         return Outcome::Missing;
     }
-    // Scaling by a power of two changes no bit, but keeps sums and squares of extreme numbers in range.
-    let largest = maps.fold(0.0, |a: f64, x| a.max(crate::scalar::abs(*x)));
-    if (1e-120..1e120).contains(&largest) || largest == 0.0 {
-        return split(p_max, intensity, observed, 1.0, q, u, work);
+    if !fractions(intensity.iter().copied(), fraction) {
+        fraction.fill(1.0 / n as f64);
+        proportional(observed, fraction, q, u);
+        return if observed == [0.0, 0.0] {
+            Outcome::Kept
+        } else {
+            Outcome::Infeasible
+        };
     }
-    let scale = unit_scale(largest);
-    for x in q.iter_mut().chain(u.iter_mut()) {
-        *x *= scale;
+    let own = scale_of(&mut observed.iter());
+    caps(p_max, intensity, own, work.cap);
+    let limit = work.cap.iter().fold(0.0, |sum, c| sum + c);
+    if norm(observed[0] * own, observed[1] * own) > limit {
+        proportional(observed, fraction, q, u);
+        return Outcome::Infeasible;
     }
-    let outcome = split(
-        p_max,
-        intensity,
-        observed.map(|x| x * scale),
-        scale,
-        q,
-        u,
-        work,
-    );
-    for x in q.iter_mut().chain(u.iter_mut()) {
-        *x /= scale;
+    let scale = scale_of(&mut q.iter().chain(u.iter()).chain(&observed));
+    if scale != own {
+        caps(p_max, intensity, scale, work.cap);
+    }
+    rescale(q, u, scale);
+    let (outcome, good) = split(observed.map(|x| x * scale), intensity, fraction, q, u, work);
+    rescale(q, u, 1.0 / scale);
+    if !(good && sums_to(observed, q, u)) {
+        proportional(observed, fraction, q, u);
     }
     outcome
 }
 
-/// The four steps on scaled numbers.
+/// A power of two that brings the largest of some numbers near one; 1 unless it is extreme.
+///
+/// Scaling changes no bit (but for underflow) and keeps sums and squares in range.
+fn scale_of<'a>(numbers: &mut dyn Iterator<Item = &'a f64>) -> f64 {
+    let largest = numbers.fold(0.0, |a: f64, x| a.max(abs(*x)));
+    if (1e-120..1e120).contains(&largest) {
+        1.0
+    } else {
+        unit_scale(largest)
+    }
+}
+
+fn rescale(q: &mut [f64], u: &mut [f64], scale: f64) {
+    if scale != 1.0 {
+        for x in q.iter_mut().chain(u) {
+            *x *= scale;
+        }
+    }
+}
+
+/// Steps 2 to 4 of a feasible pixel; the outcome, and whether the caps are kept.
 fn split(
-    p_max: f64,
-    intensity: &[f64],
     observed: [f64; 2],
-    scale: f64,
+    intensity: &[f64],
+    fraction: &[f64],
     q: &mut [f64],
     u: &mut [f64],
     work: Work<'_>,
-) -> Outcome {
-    let n = intensity.len();
+) -> (Outcome, bool) {
     share(intensity, q, u, observed, work.weight);
-    let total = norm(observed[0], observed[1]);
-    if !fractions(intensity.iter().copied(), work.fraction) {
-        work.fraction.fill(1.0 / n as f64);
-        proportional(observed, work.fraction, q, u);
-        return if total > 0.0 {
-            Outcome::Infeasible
-        } else {
-            Outcome::Kept
-        };
+    if within(work.cap, 0.0, q, u) {
+        return (Outcome::Kept, true);
     }
-    caps(p_max, intensity, scale, work.cap);
-    let limit = work.cap.iter().fold(0.0, |sum, c| sum + c);
-    if total > limit {
-        proportional(observed, work.fraction, q, u);
-        return Outcome::Infeasible;
-    }
-    let above = |q: &[f64], u: &[f64], cap: &[f64], slack: f64| {
-        let layers = q.iter().zip(u).zip(cap);
-        layers
-            .clone()
-            .any(|((&q, &u), c)| norm(q, u) > c * (1.0 + slack))
-    };
-    if !above(q, u, work.cap, 0.0) {
-        return Outcome::Kept;
-    }
-    for _ in 0..2 * n {
+    for _ in 0..2 * q.len() {
         if !pass(work.cap, q, u, work.spare_q, work.spare_u) {
             break;
         }
     }
-    if above(q, u, work.cap, SLACK) {
-        for (w, f) in work.weight.iter_mut().zip(&*work.fraction) {
+    if !(within(work.cap, SLACK, q, u) && sums_to(observed, q, u)) {
+        for (w, f) in work.weight.iter_mut().zip(fraction) {
             *w += f;
         }
-        work.q.copy_from_slice(q);
-        work.u.copy_from_slice(u);
-        dual::nearest(observed, work.cap, work.weight, [work.q, work.u], q, u);
+        work.spare_q.copy_from_slice(q);
+        work.spare_u.copy_from_slice(u);
+        dual::nearest(
+            observed,
+            work.cap,
+            work.weight,
+            [work.spare_q, work.spare_u],
+            q,
+            u,
+        );
     }
-    if !holds(observed, work.cap, q, u) {
-        proportional(observed, work.fraction, q, u);
-    }
-    Outcome::Capped
+    (Outcome::Capped, within(work.cap, SLACK, q, u))
 }
 
-/// c_i = p_max I_i in scaled units; no larger than matters, so sums do not overflow.
+/// c_i = p_max I_i in scaled units; none so large that sums overflow, none so small that it has lost digits.
 fn caps(p_max: f64, intensity: &[f64], scale: f64, cap: &mut [f64]) {
     for (c, &i) in cap.iter_mut().zip(intensity) {
-        // Halves of the scale in turn: p_max I_i alone may be out of range.
-        let product = (p_max.max(0.0) * i.max(0.0)) * scale;
-        *c = if product.is_nan() {
-            0.0
-        } else {
+        let product = p_max.max(0.0) * i.max(0.0) * scale;
+        *c = if product > 1e-290 {
             product.min(power_of_two(500))
+        } else {
+            0.0
         };
     }
 }
@@ -270,18 +268,19 @@ fn pass(
     any
 }
 
-/// Are the caps and the sum kept to rounding?
-fn holds(observed: [f64; 2], cap: &[f64], q: &[f64], u: &[f64]) -> bool {
-    let mut sum = [0.0, 0.0];
+/// Is every layer within its cap?
+fn within(cap: &[f64], slack: f64, q: &[f64], u: &[f64]) -> bool {
+    let mut layers = q.iter().zip(u).zip(cap);
+    layers.all(|((&q, &u), &c)| norm(q, u) <= c * (1.0 + slack))
+}
+
+/// Do the layers add up to V, to rounding?
+fn sums_to(observed: [f64; 2], q: &[f64], u: &[f64]) -> bool {
+    let mut off = [-observed[0], -observed[1]];
     let mut lengths = 0.0;
-    for ((&q, &u), c) in q.iter().zip(u).zip(cap) {
-        let length = norm(q, u);
-        if !(length <= c * (1.0 + 5.0 * SLACK)) {
-            return false;
-        }
-        lengths += length;
-        sum = [sum[0] + q, sum[1] + u];
+    for (&q, &u) in q.iter().zip(u) {
+        off = [off[0] + q, off[1] + u];
+        lengths += abs(q) + abs(u);
     }
-    let off = norm(sum[0] - observed[0], sum[1] - observed[1]);
-    off <= 5.0 * SLACK * lengths.max(norm(observed[0], observed[1]))
+    abs(off[0]) + abs(off[1]) <= SLACK * lengths.max(abs(observed[0]) + abs(observed[1]))
 }

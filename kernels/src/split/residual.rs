@@ -4,7 +4,7 @@
 //! F_i = P̃_i/Σ_j P̃_j, P̃_i = |ṽ_i|. Where all P̃ vanish F_i is proportional to I_i; where all I_i vanish too,
 //! F_i = 1/N. Layers without intensity get no share unless all are empty.
 
-use crate::scalar::{hypot, sqrt};
+use crate::scalar::{abs, hypot, sqrt};
 
 /// √(x² + y²), by [`hypot`] where the squares would lose digits.
 #[inline]
@@ -65,7 +65,8 @@ pub(super) fn fractions(x: impl Iterator<Item = f64> + Clone, out: &mut [f64]) -
 /// Slices of different lengths are used up to the shortest. Numbers that are not finite spread.
 ///
 /// # Accuracy
-/// Σ v_i = V to a few ulp of Σ|v_i| + Σ|ṽ_i|.
+/// Σ v_i = V to 1e-13 Σ|v_i|: where the prediction is so much larger than the observation that rounding loses more, the
+/// remainder is shared again.
 ///
 /// ```
 /// let (mut q, mut u, mut share) = ([3.0, 1.0], [0.0, 0.0], [0.0; 2]);
@@ -86,9 +87,20 @@ pub fn share(
         share.fill(1.0 / n);
     }
     let sum = |x: &[f64]| x.iter().fold(0.0, |sum, x| sum + x);
-    let residual = [observed[0] - sum(q), observed[1] - sum(u)];
-    for ((q, u), f) in q.iter_mut().zip(u).zip(share) {
-        *q += *f * residual[0];
-        *u += *f * residual[1];
+    let mut residual = [observed[0] - sum(q), observed[1] - sum(u)];
+    // Once, unless predictions dwarf the observation so far that rounding left a part of it out.
+    for _ in 0..60 {
+        for ((q, u), f) in q.iter_mut().zip(&mut *u).zip(&*share) {
+            *q += *f * residual[0];
+            *u += *f * residual[1];
+        }
+        residual = [observed[0] - sum(q), observed[1] - sum(u)];
+        let lengths = q
+            .iter()
+            .zip(&*u)
+            .fold(0.0, |sum, (&q, &u)| sum + (abs(q) + abs(u)));
+        if !(abs(residual[0]) + abs(residual[1]) > 1e-13 * lengths) {
+            break;
+        }
     }
 }

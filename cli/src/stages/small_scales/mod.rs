@@ -87,9 +87,13 @@ impl Harmonics {
     fn analyse(plan: &mut ShtPlan, maps: &StokesMaps) -> Result<Self, Error> {
         let zero = vec![Complex::new(0.0, 0.0); alm_len(plan.lmax())];
         let (mut t, mut e, mut b) = (zero.clone(), zero.clone(), zero);
-        let analysis = Analysis::default();
-        plan.analysis(&maps.i, &mut t, &analysis)?;
-        plan.analysis_spin2(&maps.q, &maps.u, &mut e, &mut b, &analysis)?;
+        plan.analysis_mixed(
+            &[&maps.i],
+            &[[&maps.q, &maps.u]],
+            &mut [&mut t],
+            &mut [[&mut e, &mut b]],
+            &Analysis::default(),
+        )?;
         Ok(Self { t, e, b })
     }
 
@@ -150,8 +154,19 @@ pub fn add_small_scales(
     scale_by_l(&mut seeds.t, &window)?;
     let mut g = vec![0.0; maps.i.len()];
     plan.synthesis(&seeds.t, &mut g)?;
-    let (i, kappa, kappa_status) =
-        intensity::add(plan, &maps.i, &g, &tt, config.restore_fwhm_deg.to_radians())?;
+    let intensity::LogNormal {
+        map: i,
+        alm: t,
+        kappa,
+        status: kappa_status,
+    } = intensity::add(
+        plan,
+        &maps.i,
+        &observed.t,
+        &g,
+        &tt,
+        config.restore_fwhm_deg.to_radians(),
+    )?;
     drop(g);
 
     let beams = &config.polarisation_beam_deg;
@@ -171,8 +186,6 @@ pub fn add_small_scales(
         (&observed.e, &observed.b),
         (seeds.e, seeds.b),
     )?;
-    let mut t = seeds.t;
-    plan.analysis(&i, &mut t, &Analysis::default())?;
     let mut simulated = Harmonics { t, e, b };
     correlation::correlate(
         config.te_filter,

@@ -7,8 +7,9 @@ use super::run::frequency;
 use super::session::Session;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
+use crate::io::fits::write::{MapColumn, MapTable, Provenance};
 use crate::io::manifest::InputRecord;
-use crate::io::{Bandpass, Manifest, Run, RunDir};
+use crate::io::{Bandpass, Manifest, MapFormat, Run, RunDir};
 use crate::kernels::Complex;
 use crate::kernels::healpix::Nside;
 use crate::kernels::healpix::missing::is_missing;
@@ -30,7 +31,7 @@ const PASS_BYTES: usize = 1 << 30;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  dust3d emit demo --freq 95,150 --unit uK_CMB --out maps\n  dust3d emit demo --freq 143 --bandpass hfi143.txt --unit uK_CMB --beam 7.2 --out maps\n\nUnits: MJy/sr, Jy/sr, K_RJ, mK_RJ, uK_RJ, K_CMB, mK_CMB, uK_CMB. A bandpass is a text file of two columns, GHz and weight\n(response to power, as PySM3 takes it). Files are called <model>_<GHz>GHz_<I|Q|U>."
+    after_help = "Examples:\n  dust3d emit demo --freq 95,150 --unit uK_CMB --out maps\n  dust3d emit demo --freq 143 --bandpass hfi143.txt --unit uK_CMB --beam 7.2 --out maps\n\nUnits: MJy/sr, Jy/sr, K_RJ, mK_RJ, uK_RJ, K_CMB, mK_CMB, uK_CMB. A bandpass is a text file of two columns, GHz and weight\n(response to power, as PySM3 takes it). Files are called <model>_<GHz>GHz_<I|Q|U>; in FITS, <model>_<GHz>GHz.fits."
 )]
 pub(super) struct Args {
     /// Directory of a finished run
@@ -54,8 +55,8 @@ pub(super) struct Args {
     /// Smooth with a Gaussian beam, FWHM in arcmin
     #[arg(long, value_name = "ARCMIN")]
     beam: Option<f64>,
-    /// Format of the maps
-    #[arg(long, default_value = "raw", value_parser = ["raw", "fits"])]
+    /// Format of the maps; in FITS, I, Q and U of a band share a file
+    #[arg(long, default_value = "raw", value_parser = ["raw", "fits", "npy"])]
     format: String,
     /// Element type of the maps [default: that of the run's templates]
     #[arg(long, value_parser = ["f32", "f64"])]
@@ -75,11 +76,6 @@ struct Band {
 }
 
 pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
-    if args.format == "fits" {
-        return Err(Error::usage(
-            "--format fits: this version writes raw maps only; leave the option out",
-        ));
-    }
     let bands = bands(args)?;
     let run = Run::open(&args.run)?;
     let resampling = Resampling::of(args, &run)?;
@@ -91,6 +87,11 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             .config
             .as_ref()
             .map_or(Dtype::F64, |config| config.output.dtype),
+    };
+    let format = match args.format.as_str() {
+        "fits" => MapFormat::Fits(dtype),
+        "npy" => MapFormat::Npy(dtype),
+        _ => MapFormat::Raw(dtype),
     };
     let progress = session.progress();
     let manifest = session.on_threads(0, || {
@@ -111,19 +112,31 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             )?;
             for (band, stokes) in pass.iter().zip(maps) {
                 let stokes = resampling.apply(stokes, session.level)?;
-                for (letter, map) in ["I", "Q", "U"].into_iter().zip(&stokes) {
-                    let stem = format!("{}_{}_{letter}", args.model.name(), band.name);
-                    let quantity =
-                        format!("{letter} of {}, model {}", band.name, args.model.name());
-                    out.map(
-                        &stem,
-                        &quantity,
-                        args.unit.name(),
-                        resampling.to,
-                        map,
-                        dtype,
-                    )?;
-                }
+                let columns: Vec<MapColumn<'_>> = ["I", "Q", "U"]
+                    .into_iter()
+                    .zip(&stokes)
+                    .map(|(name, values)| MapColumn {
+                        name,
+                        unit: args.unit.name(),
+                        values,
+                    })
+                    .collect();
+                let provenance = Provenance {
+                    frequency_ghz: band.name.strip_suffix("GHz").and_then(|nu| nu.parse().ok()),
+                    ..Provenance::of_run(&run.manifest)
+                };
+                let table = MapTable {
+                    columns: &columns,
+                    nested: false,
+                    provenance: &provenance,
+                };
+                let model = args.model.name();
+                out.maps(
+                    &format!("{model}_{}", band.name),
+                    &format!("{}, model {model}", band.name),
+                    format,
+                    &table,
+                )?;
             }
         }
         progress.finish();

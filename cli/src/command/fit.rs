@@ -6,7 +6,7 @@ use super::session::Session;
 use crate::config::{Dtype, Fit};
 use crate::error::{Error, Result};
 use crate::io::manifest::{FitStatistics, InputRecord};
-use crate::io::{Manifest, MapFile, MapSource, RunDir};
+use crate::io::{Manifest, MapFile, MapSource, Role, RunDir};
 use crate::kernels::fit::mbb::{FitCounts, MbbFit, fit_into};
 use crate::kernels::simd::Level;
 use crate::parallel;
@@ -18,7 +18,7 @@ use std::path::PathBuf;
     after_help = "Example:\n  dust3d fit --map 353:I_353.f64 --map 545:I_545.f64 --map 857:I_857.f64 --map 100um:I_2998.f64 --out fitted\n\nWrites tau (at 353 GHz), T (K), beta and chi2, missing where there is no fit."
 )]
 pub(super) struct Args {
-    /// An intensity map in MJy/sr with its frequency in GHz (or a wavelength: 100um); at least three
+    /// An intensity map (raw: in MJy/sr; FITS: in any unit it states) with its frequency in GHz (or a wavelength: 100um); at least three
     #[arg(long, value_name = "FREQ:FILE", required = true, value_parser = band)]
     map: Vec<(f64, String)>,
     /// Relative uncertainty at a frequency [default: 0.0078, 0.061, 0.064, 0.135 at 353, 545, 857 GHz and 100 µm]
@@ -61,7 +61,14 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
 
     session.on_threads(0, || {
         let out = RunDir::create(&args.out, args.force)?;
-        let maps = sources.iter().map(MapSource::read).collect::<Result<Vec<_>>>()?;
+        let maps = sources
+            .iter()
+            .zip(&nu)
+            .map(|(source, &nu)| source.read_as(Role::Intensity(nu)))
+            .collect::<Result<Vec<_>>>()?;
+        for note in maps.iter().flat_map(|map| &map.notes) {
+            session.note(note);
+        }
         let nside = common_nside(&bands, &maps)?;
         let values: Vec<&[f64]> = maps.iter().map(|map| map.values.as_slice()).collect();
         let (fitted, counts) = fit_maps(session.level, &fit, &values)?;

@@ -78,7 +78,11 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             None
         } else {
             progress.stage("reading the inputs", 1);
-            Some(Inputs::read(&config)?)
+            let inputs = Inputs::read(&config)?;
+            for note in inputs.notes() {
+                progress.note(note);
+            }
+            Some(inputs)
         };
         let manifest = pipeline::run(&config, inputs, &out, session.level, progress.as_ref())?;
         progress.finish();

@@ -116,7 +116,9 @@ impl RunDir {
         table: &MapTable<'_>,
     ) -> Result<()> {
         if matches!(format, MapFormat::Fits(_)) {
-            return self.table(&format!("{stem}.fits"), quantity, format, table);
+            let names: Vec<&str> = table.columns.iter().map(|column| column.name).collect();
+            let quantity = format!("{} of {quantity}", names.join(", "));
+            return self.table(&format!("{stem}.fits"), &quantity, format, table);
         }
         for column in table.columns {
             let name = format!("{stem}_{}.{}", column.name, format.extension());
@@ -124,7 +126,12 @@ impl RunDir {
                 columns: std::slice::from_ref(column),
                 ..*table
             };
-            self.table(&name, &format!("{quantity} {}", column.name), format, &one)?;
+            self.table(
+                &name,
+                &format!("{} of {quantity}", column.name),
+                format,
+                &one,
+            )?;
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 mod commands;
 mod config;
+mod pipeline;
 mod fits;
 mod maps;
 mod plots;

@@ -7,4 +7,5 @@ mod fits;
 mod maps;
 mod plots;
 mod refusals;
+mod rotation;
 mod shell;

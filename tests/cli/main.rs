@@ -7,3 +7,4 @@ mod maps;
 mod plots;
 mod refusals;
 mod shell;
+mod sht;

@@ -9,3 +9,4 @@ mod plots;
 mod refusals;
 mod rotation;
 mod shell;
+mod sht;

@@ -49,7 +49,6 @@ macro_rules! tolerances {
     )*};
 }
 
-<<<<<<< HEAD
 // Vector mathematics, 200-bit references, fused levels; portable in its own rows.
 tolerances! {
     EXP: "exp", "ulp, fused", 1.0, "rounding of the reduced argument and the last sum";
@@ -85,12 +84,20 @@ tolerances! {
 tolerances! {
     MBB_FIT_EXACT: "fit_into", "relative error of T, τ and absolute of β, noise-free", 1e-8, "conditioning at T = 60 K";
     MBB_FIT: "fit_into", "T, τ relative, β absolute, against scipy", 1e-6, "the reference";
-=======
+}
+
 // HEALPix: centres against 50 digits, weights against healpy.
 tolerances! {
     HEALPIX_ANGLE: "healpix pix2ang", "ulp of θ, φ, sin θ", 2.5, "φ: a product with π/4 and a quotient; θ: the rounding of its sine";
     HEALPIX_Z: "healpix pix2vec", "ulp of z", 1.0, "one quotient in the belt; 1 − t, with t to 1.5 ulp, in the caps";
     HEALPIX_XY: "healpix pix2vec", "x, y over sin θ", 1.5e-15, "the rounding of φ, up to 8.9e-16 before 2π";
     HEALPIX_WEIGHTS: "healpix interp", "weights over nside", 2e-15, "the rounding of θ, 4e-16 before π, over the spacing of rings, about 1/nside";
->>>>>>> healpix
+}
+
+// Galactic field, pitch objective, random numbers.
+tolerances! {
+    SIGHT: "ratios_into", "absolute, of Q/I and U/I, against the adaptive rule, any k, any edges", 1e-8, "the kink of |cos|³ between fixed nodes";
+    SIGHT_MP: "ratios_into", "absolute, against mpmath", 3e-10, "as above";
+    SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
+    NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
 }

@@ -102,3 +102,11 @@ tolerances! {
     SHT_WIGNER: "sht::wigner_synthesis", "X1, X2, colatitudes 0.01 to 1.57", 1e-13, "as λ_lm";
     SHT_SHARED_RECURRENCE: "sht::spin2_coefficients", "X1, X2, colatitudes 0.03 to 1.57", 3e-13, "as λ_lm, divided by sin²θ";
 }
+
+// Galactic field, pitch objective, random numbers.
+tolerances! {
+    SIGHT: "ratios_into", "absolute, of Q/I and U/I, against the adaptive rule, any k, any edges", 1e-8, "the kink of |cos|³ between fixed nodes";
+    SIGHT_MP: "ratios_into", "absolute, against mpmath", 3e-10, "as above";
+    SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
+    NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
+}

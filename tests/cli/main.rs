@@ -2,9 +2,9 @@
 
 mod commands;
 mod config;
-mod pipeline;
 mod fits;
 mod maps;
+mod pipeline;
 mod plots;
 mod refusals;
 mod rotation;

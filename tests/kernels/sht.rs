@@ -183,7 +183,8 @@ fn mp_points_legendre() {
                     / scale
             };
             if ring[0].m_limit >= m {
-                polar[zone] = polar[zone].max(error(&order.polar_pair(level, &ring, &one, &none), 1.0));
+                polar[zone] =
+                    polar[zone].max(error(&order.polar_pair(level, &ring, &one, &none), 1.0));
                 if ring[0].sin2_min > 0.0008 {
                     let f = order.pair(level, &ring, &one, &none);
                     main = main.max(error(&f, 1.0 / ring[0].inv_sin2[0]));

@@ -93,3 +93,11 @@ tolerances! {
     HEALPIX_XY: "healpix pix2vec", "x, y over sin θ", 1.5e-15, "the rounding of φ, up to 8.9e-16 before 2π";
     HEALPIX_WEIGHTS: "healpix interp", "weights over nside", 2e-15, "the rounding of θ, 4e-16 before π, over the spacing of rings, about 1/nside";
 }
+
+// Galactic field, pitch objective, random numbers.
+tolerances! {
+    SIGHT: "ratios_into", "absolute, of Q/I and U/I, against the adaptive rule, any k, any edges", 1e-8, "the kink of |cos|³ between fixed nodes";
+    SIGHT_MP: "ratios_into", "absolute, against mpmath", 3e-10, "as above";
+    SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
+    NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
+}

@@ -6,7 +6,7 @@ use crate::kernels::healpix::Nside;
 use crate::kernels::sht::alm;
 use crate::kernels::simd::Level;
 use crate::kernels::{Complex, Error as KernelError};
-use crate::sht::{ShtPlan, rotate_alms};
+use crate::sht::{Analysis, ShtPlan, rotate_alms};
 
 /// Coordinates of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,42 +82,100 @@ impl Frame {
         ]
     }
 
-    /// Band limit of the coefficients: healpy's 3 Nside − 1, but 2 Nside for large maps, where the matrices of the
-    /// rotation would take gigabytes.
-    const fn lmax(nside: usize) -> usize {
-        if nside <= 512 {
-            3 * nside - 1
-        } else {
-            2 * nside
-        }
-    }
-
     /// The map, or Q and U, in Galactic coordinates. No pixel may be missing.
+    ///
+    /// Up to lmax = 2 Nside the pixels fix the coefficients, which are found by least squares: a map without power beyond
+    /// comes out exact to about 1e-9. What they leave of another map is turned by itself, up to 3 Nside − 1 as healpy does,
+    /// where coefficients are only about right; above Nside 512 it is left out, as the matrices would take gigabytes.
     pub(super) fn rotate(
         self,
         nside: u32,
         maps: &mut [Vec<f64>],
     ) -> std::result::Result<(), KernelError> {
-        let lmax = Self::lmax(nside as usize);
-        let mut plan = ShtPlan::new(Nside::new(nside.into())?, lmax, Level::detect())?;
-        let mut a = vec![Complex::new(0.0, 0.0); alm::len(lmax)];
-        match maps {
-            [q, u] => {
-                let mut b = a.clone();
-                plan.analysis_spin2_to_accuracy(q, u, &mut a, &mut b, TOLERANCE, ITERATIONS)?;
-                rotate_alms(&mut [&mut a, &mut b], lmax, self.euler())?;
-                plan.synthesis_spin2(&a, &b, q, u)
+        let largest = |maps: &[Vec<f64>]| {
+            let sizes = maps.iter().flatten().map(|value| value.abs());
+            sizes.fold(0.0, f64::max)
+        };
+        let before = largest(maps);
+        let wide = 2 * nside as usize;
+        let mut rest = maps.to_vec();
+        turn(
+            nside,
+            wide,
+            Fit::LeastSquares,
+            self.euler(),
+            maps,
+            Some(&mut rest),
+        )?;
+        if nside <= 512 && largest(&rest) > 1e-8 * before {
+            let wider = 3 * nside as usize - 1;
+            turn(nside, wider, Fit::Quadrature, self.euler(), &mut rest, None)?;
+            for (map, rest) in maps.iter_mut().zip(&rest) {
+                map.iter_mut()
+                    .zip(rest)
+                    .for_each(|(map, rest)| *map += rest);
             }
-            [map] => {
-                plan.analysis_to_accuracy(map, &mut a, TOLERANCE, ITERATIONS)?;
-                rotate_alms(&mut [&mut a], lmax, self.euler())?;
-                plan.synthesis(&a, map)
-            }
-            _ => Ok(()),
         }
+        Ok(())
     }
 }
 
-/// Of the analysis; beyond 2 Nside a map does not fix its coefficients, and more iterations find noise.
-const TOLERANCE: f64 = 1e-10;
-const ITERATIONS: usize = 20;
+/// How coefficients are found.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fit {
+    LeastSquares,
+    Quadrature,
+}
+
+/// Puts the turned map, or Q and U, in the place of `maps`, and what its coefficients do not describe in `rest`.
+fn turn(
+    nside: u32,
+    lmax: usize,
+    fit: Fit,
+    euler: [f64; 3],
+    maps: &mut [Vec<f64>],
+    rest: Option<&mut [Vec<f64>]>,
+) -> std::result::Result<(), KernelError> {
+    // Convergence at 2 Nside takes some ten iterations.
+    let (tolerance, most) = (1e-12, 40);
+    let mut plan = ShtPlan::new(Nside::new(nside.into())?, lmax, Level::detect())?;
+    let mut a = vec![Complex::new(0.0, 0.0); alm::len(lmax)];
+    let mut b = a.clone();
+    match (&mut *maps, fit) {
+        ([q, u], Fit::LeastSquares) => {
+            plan.analysis_spin2_to_accuracy(q, u, &mut a, &mut b, tolerance, most)?;
+        }
+        ([q, u], Fit::Quadrature) => {
+            plan.analysis_spin2(q, u, &mut a, &mut b, &Analysis::default())?;
+        }
+        ([map], Fit::LeastSquares) => {
+            plan.analysis_to_accuracy(map, &mut a, tolerance, most)?;
+        }
+        ([map], Fit::Quadrature) => plan.analysis(map, &mut a, &Analysis::default())?,
+        _ => return Ok(()),
+    }
+    if let Some(rest) = rest {
+        synthesis(&mut plan, &a, &b, maps)?;
+        for (rest, described) in rest.iter_mut().zip(&*maps) {
+            rest.iter_mut()
+                .zip(described)
+                .for_each(|(rest, described)| *rest -= described);
+        }
+    }
+    rotate_alms(&mut [&mut a, &mut b], lmax, euler)?;
+    synthesis(&mut plan, &a, &b, maps)
+}
+
+/// A map, or Q and U.
+fn synthesis(
+    plan: &mut ShtPlan,
+    a: &[Complex<f64>],
+    b: &[Complex<f64>],
+    maps: &mut [Vec<f64>],
+) -> std::result::Result<(), KernelError> {
+    match maps {
+        [q, u] => plan.synthesis_spin2(a, b, q, u),
+        [map] => plan.synthesis(a, map),
+        _ => Ok(()),
+    }
+}

@@ -203,7 +203,10 @@ fn closed_form_pixels() {
         (Outcome::Kept, vec![0.0, 0.0])
     );
     // One layer.
-    assert_eq!(q(&pixel(&[4.0], &[0.25], 0.75)), (Outcome::Kept, vec![0.75]));
+    assert_eq!(
+        q(&pixel(&[4.0], &[0.25], 0.75)),
+        (Outcome::Kept, vec![0.75])
+    );
     assert_eq!(
         q(&pixel(&[4.0], &[0.3], 1.1)),
         (Outcome::Infeasible, vec![1.1])

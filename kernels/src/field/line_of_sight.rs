@@ -122,7 +122,7 @@ pub fn check_edges(edges_kpc: &[f64]) -> Result<(), Error> {
     Error::check_scratch("edges_kpc", 2, edges_kpc.len())?;
     let mut before = -1.0;
     for &edge in edges_kpc {
-        let good = edge > before && edge >= 0.0 && edge <= 1e6;
+        let good = edge > before && (0.0..=1e6).contains(&edge);
         Error::check_domain("edges_kpc (increasing from 0 or above)", edge, good)?;
         before = edge;
     }

@@ -93,19 +93,19 @@ fn transforms(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new("synthesis_spin2", &id), |x| {
                 x.iter(|| {
                     pool.install(|| plan.synthesis_spin2(e, b, q, u))
-                        .expect("lengths")
+                        .expect("lengths");
                 });
             });
             group.bench_function(BenchmarkId::new("adjoint", &id), |x| {
                 x.iter(|| {
                     pool.install(|| plan.adjoint_synthesis(q, e))
-                        .expect("lengths")
+                        .expect("lengths");
                 });
             });
             group.bench_function(BenchmarkId::new("adjoint_spin2", &id), |x| {
                 x.iter(|| {
                     pool.install(|| plan.adjoint_synthesis_spin2(q, u, e, b))
-                        .expect("lengths")
+                        .expect("lengths");
                 });
             });
         }

@@ -147,7 +147,7 @@ fn closed_form_synthesis() {
                 } else {
                     (4.0 * n as f64 - 2.0 * mirrored as f64) / (3 * n) as f64
                 } * if i > 2 * n { -1.0 } else { 1.0 };
-                let shift = if mirrored < n || (mirrored - n) % 2 == 0 {
+                let shift = if mirrored < n || (mirrored - n).is_multiple_of(2) {
                     0.5
                 } else {
                     0.0

@@ -371,10 +371,13 @@ fn edges_directions_not_finite() {
 fn edges_extreme_layers_are_finite() {
     for h in [1e-9, 1e-3, 1.0, 1e9, f64::INFINITY] {
         for hole in [0.0, 1e-9, 1.0, 1e5] {
-            let mut model = Model::default();
-            model.density = Density {
+            let density = Density {
                 h_r_kpc: h,
                 h_z_kpc: h,
+            };
+            let mut model = Model {
+                density,
+                ..Model::default()
             };
             model.spiral.hole_kpc = hole;
             for k in [3.0, 0.0, 1.0] {

@@ -328,7 +328,7 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
 /// | `rings` | blocks | ring pairs, towards the equator |
 /// | `norm` | | r_0/(α_0 sin^m θ), from [`super::start_norms`] and [`super::step_table`] |
 /// | `steps` | steps | from [`super::step_table`]; may be longer |
-/// | `coefficients` | (steps, channels) | from [`super::mixing`] |
+/// | `coefficients` | (steps, channels) | from [`super::scalar_coefficients`] or [`super::spin2_coefficients`] |
 /// | `out` | (channels, blocks) | F_m; blocks beyond the polar limit (`m_limit < m`) are left as they are |
 ///
 /// # Errors

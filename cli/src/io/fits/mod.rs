@@ -15,7 +15,7 @@
 //! | polarisation | POLCCONV = IAU has its U turned to COSMO |
 //! | coordinates | COORDSYS; equatorial and ecliptic maps are turned to Galactic through harmonic coefficients, Q and U together |
 //!
-//! [`Selection`] says how one map of several is named. [`write`] puts maps, harmonic coefficients and spectra into files
+//! [`Selection`] says how one map of several is named. [`mod@write`] puts maps, harmonic coefficients and spectra into files
 //! that differ in no byte from run to run.
 
 mod card;

@@ -1,1 +1,3 @@
 //! Workloads shared by the benchmarks.
+
+pub mod emission;

@@ -2,9 +2,10 @@
 
 mod commands;
 mod config;
-mod pipeline;
 mod fits;
 mod maps;
+mod pipeline;
 mod plots;
+mod properties;
 mod refusals;
 mod shell;

@@ -16,9 +16,10 @@ use super::orders::{Order, Orders};
 use super::plan::{Geometry, ShtPlan};
 use super::workers::{Scratch, share};
 use dust3d_kernels::sht::{
-    Coefficient, PhaseBlock, RecurrenceState, RingBlock, Sums, adjoint, alm, phases_from_spectrum, scalar_coefficients,
-    scalar_from_sums, spectrum_from_phases, spin2_coefficients, spin2_from_sums, synthesis,
-    wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_synthesis,
+    Coefficient, PhaseBlock, RecurrenceState, RingBlock, Sums, adjoint, alm, phases_from_spectrum,
+    scalar_coefficients, scalar_from_sums, spectrum_from_phases, spin2_coefficients,
+    spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients, wigner_from_sums,
+    wigner_synthesis,
 };
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;
@@ -231,7 +232,8 @@ impl Part<'_> {
         if self.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
-            own.states.resize(self.main.len(), RecurrenceState::default());
+            own.states
+                .resize(self.main.len(), RecurrenceState::default());
             sound(adjoint(
                 self.level,
                 self.main,
@@ -264,7 +266,8 @@ impl Part<'_> {
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                own.states.resize(self.polar.len(), RecurrenceState::default());
+                own.states
+                    .resize(self.polar.len(), RecurrenceState::default());
                 sound(adjoint(
                     self.level,
                     self.polar,

@@ -8,8 +8,8 @@
 use super::plan::ShtPlan;
 use dust3d_kernels::Error;
 use dust3d_kernels::sht::{
-    Aligned, PhaseBlock, RecurrenceState, adjoint, epsilon_len, epsilon_table, scalar_coefficients, scalar_from_sums,
-    start_norms, step_count, step_table, synthesis,
+    Aligned, PhaseBlock, RecurrenceState, adjoint, epsilon_len, epsilon_table, scalar_coefficients,
+    scalar_from_sums, start_norms, step_count, step_table, synthesis,
 };
 use num_complex::Complex;
 

@@ -102,7 +102,7 @@ fn bench_scan(c: &mut Criterion) {
         assert!(sums[27] == least && least < 1e-12 * n as f64);
         group.throughput(Throughput::Elements((n * pitches.len()) as u64));
         group.bench_function(BenchmarkId::new(level.name(), n), |b| {
-            b.iter(|| scan(&mut sums))
+            b.iter(|| scan(&mut sums));
         });
     }
     group.finish();

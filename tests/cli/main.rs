@@ -8,4 +8,6 @@ mod pipeline;
 mod plots;
 mod properties;
 mod refusals;
+mod rotation;
 mod shell;
+mod sht;

@@ -32,7 +32,7 @@ fn closed_grid_noise_free() {
         MbbFit::default(),
         MbbFit::new(&DEFAULT_NU_GHZ[1..], &DEFAULT_SIGMA[1..]).unwrap(),
         MbbFit::new(
-            &[2997.924_58, 100.0, 353.0, 217.0, 857.0, 545.0, 1249.0],
+            &[2_997.924_58, 100.0, 353.0, 217.0, 857.0, 545.0, 1249.0],
             &[0.05; 7],
         )
         .unwrap(),

@@ -184,7 +184,7 @@ fn slices(maps: &[Vec<f64>; 3]) -> [&[f64]; 3] {
 /// Any mixture of frequencies and bands in one pass is the sum over frequencies, one at a time.
 #[test]
 fn naive_lengths_iqu_bands() {
-    let frequencies = [95.0, 143.0, 217.0, 353.0, 857.0, 2997.924_58];
+    let frequencies = [95.0, 143.0, 217.0, 353.0, 857.0, 2_997.924_58];
     let node = |k: usize, w: f64| MbbNode::new(frequencies[k], NU0_GHZ, w).unwrap();
     let first = [node(0, 0.25), node(1, 0.5), node(2, -0.125)];
     let (second, third) = ([node(3, 1.0)], [node(4, 2.0), node(5, 1e-3)]);

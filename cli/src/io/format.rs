@@ -103,7 +103,7 @@ pub fn write_map_file(path: &Path, values: &[f64]) -> Result<()> {
 }
 
 impl RunDir {
-    /// Writes the maps of `table`, which belong together: to `stem`.fits all of them, or each to `stem`_<name> with the
+    /// Writes the maps of `table`, which belong together: to `stem`.fits all of them, or each to `stem_NAME` with the
     /// extension of `format`.
     ///
     /// # Errors

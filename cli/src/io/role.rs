@@ -119,7 +119,7 @@ impl Role {
             None if name.parameter().is_some() || name.is_auxiliary() => Meaning::Other,
             None => Meaning::Neutral,
         };
-        let parameter = |wanted: Role| match name.parameter() {
+        let parameter = |wanted: Self| match name.parameter() {
             Some(found) if found == wanted => Meaning::Wanted,
             Some(_) => Meaning::Other,
             None if name.stokes().is_some() || name.is_auxiliary() => Meaning::Other,
@@ -137,11 +137,15 @@ impl Role {
     }
 }
 
-/// Whether a column holds Stokes U, whatever it is wanted for.
-pub(super) fn is_stokes_u(name: &str) -> bool {
-    Name::of(name)
-        .stokes()
-        .is_some_and(|(letter, _)| letter == 'U')
+/// The Stokes parameter that a column is wanted for, or else names: `I`, `Q`, `U`.
+pub(super) fn stokes(role: Option<Role>, name: &str) -> Option<char> {
+    match role {
+        Some(Role::Intensity(_)) => Some('I'),
+        Some(Role::StokesQ(_)) => Some('Q'),
+        Some(Role::StokesU(_)) => Some('U'),
+        Some(_) => None,
+        None => Name::of(name).stokes().map(|(letter, _)| letter),
+    }
 }
 
 /// Names write frequencies in whole GHz.

@@ -456,11 +456,8 @@ impl ShtPlan {
         (channels, level, lmax): (Channels, Level, usize),
         range: Range<usize>,
     ) -> Part<'a> {
-        let polar_end = if channels.pairs > 0 {
-            geometry.polar.clamp(range.start, range.end)
-        } else {
-            range.start
-        };
+        // also without pairs: the adjoint sums in the same order in every group
+        let polar_end = geometry.polar.clamp(range.start, range.end);
         Part {
             channels,
             level,

@@ -10,6 +10,7 @@
 //! | [`adjoint_synthesis`](ShtPlan::adjoint_synthesis), … | Σ_p map(p) Y*_lm(p), the exact transpose |
 //! | [`analysis`](ShtPlan::analysis), … | map → a_lm: quadrature with Jacobi iterations |
 //! | [`analysis_to_accuracy`](ShtPlan::analysis_to_accuracy), … | map → a_lm: least squares by conjugate gradients |
+//! | [`rotate_alms`] | a_lm → a_lm in other coordinates |
 //! | `…_batch`, `…_mixed` | several maps, or scalar maps and spin-2 pairs, sharing recurrences; the same bits as one by one |
 //!
 //! Work is divided among the threads of the rayon pool of the caller; with one thread nothing leaves the calling one.
@@ -19,8 +20,10 @@ mod analysis;
 mod group;
 mod orders;
 mod plan;
+mod rotation;
 mod weights;
 mod workers;
 
 pub use analysis::{Analysis, Converged};
 pub use plan::ShtPlan;
+pub use rotation::rotate_alms;

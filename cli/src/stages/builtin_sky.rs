@@ -4,7 +4,7 @@
 //!
 //! * reddening: the column density of the galactic disc in each distance bin, times log-normal fluctuations (angular
 //!   spectrum l^−2.6, rms of the logarithm 0.5), normalised to a median total E(B−V) of 0.05 mag at |b| > 30°; the cube is
-//!   masked south of declination −30°, as the survey of [MKD18] is; τ(ν₀) = E(B−V)/1.49e4,
+//!   masked south of declination −30°, as the survey of \[MKD18\] is; τ(ν₀) = E(B−V)/1.49e4,
 //! * T = 19.4 ± 1.25 K and β = 1.60 ± 0.13, Gaussian, spectra ∝ l^−2.6, correlation −0.5; I = τ B_ν₀(T),
 //! * polarisation fractions: those of the spiral field at pitch −33°, plus a Gaussian random field (C_EE ∝ l^−2.42,
 //!   C_BB = C_EE/2, 1° beam, rms 5 %),

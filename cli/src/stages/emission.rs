@@ -1,6 +1,6 @@
 //! Emission at any frequency or over a bandpass.
 //!
-//! X_ν = Σ_i X_i (ν/ν₀)^β_i B_ν(T_i)/B_ν₀(T_i) for X = I, Q, U ([MKD18], sections 4.1 and 6). Three models come from one
+//! X_ν = Σ_i X_i (ν/ν₀)^β_i B_ν(T_i)/B_ν₀(T_i) for X = I, Q, U (\[MKD18\], sections 4.1 and 6). Three models come from one
 //! run and differ in the laws: maps of T_i and β_i, one T and β per layer, or the summed layers with the observed T and β.
 
 use crate::Error;

@@ -1,4 +1,4 @@
-//! Polarisation fractions of each layer from the large-scale galactic field ([MKD18], section 4.2).
+//! Polarisation fractions of each layer from the large-scale galactic field (\[MKD18\], section 4.2).
 //!
 //! The kernel is [`dust3d_kernels::field::line_of_sight`]; this stage runs it over the pixels of a map.
 

@@ -1,6 +1,6 @@
 //! Fractions of the dust in each layer: reddening shells, filled where nothing was observed.
 //!
-//! [MKD18], section 4.1. From the cumulative reddening at the layers' edges (distance moduli):
+//! \[MKD18\], section 4.1. From the cumulative reddening at the layers' edges (distance moduli):
 //!
 //! 1. average over the observed sub-pixels to at most Nside 64 (a sub-pixel missing at one edge is left out of all),
 //! 2. f_i = Δ_i / Σ_j Δ_j, Δ_i the reddening between two edges (layer 1: everything nearer than the first),
@@ -18,7 +18,7 @@ use dust3d_kernels::simd::Level;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Finest grid on which the cube is used; [MKD18] works at this Nside.
+/// Finest grid on which the cube is used; \[MKD18\] works at this Nside.
 const CUBE_NSIDE: u64 = 64;
 
 /// The fraction maps and what was found missing.

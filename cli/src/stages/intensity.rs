@@ -1,6 +1,6 @@
 //! Intensity of each layer at ν₀.
 //!
-//! [MKD18], section 4.1: Ĩ_i = f_i τ B_ν₀(T_i), T_i the layer's average temperature, then the rest of the observed
+//! \[MKD18\], section 4.1: Ĩ_i = f_i τ B_ν₀(T_i), T_i the layer's average temperature, then the rest of the observed
 //! intensity is shared in proportion to f_i: I_i = Ĩ_i + f_i (I − Σ_j Ĩ_j). Where this is negative in a layer, the layer
 //! is set to zero and the others are scaled, so that Σ I_i = I and I_i ≥ 0 everywhere.
 
@@ -18,7 +18,7 @@ pub struct LayerAverages {
     pub beta: Vec<f64>,
 }
 
-/// T_avg = Σ_p f_i T_d / Σ_p f_i and the same for β; missing pixels are left out ([MKD18], section 6, with the weights
+/// T_avg = Σ_p f_i T_d / Σ_p f_i and the same for β; missing pixels are left out (\[MKD18\], section 6, with the weights
 /// normalised).
 #[must_use]
 pub fn layer_averages(fractions: &[Vec<f64>], t: &[f64], beta: &[f64]) -> LayerAverages {

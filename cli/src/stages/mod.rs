@@ -1,6 +1,6 @@
 //! The stages of the model: plain functions from maps to maps, in the order of the paper.
 //!
-//! | stage | [MKD18] | what it makes |
+//! | stage | \[MKD18\] | what it makes |
 //! | --- | --- | --- |
 //! | [`builtin_sky`] | – | observations from nothing, for a machine without data |
 //! | [`observations`] | 3 | the observed maps on the working grid, fitted where needed |
@@ -13,7 +13,7 @@
 //! | [`laws`] | 6 | temperature and spectral index of each layer |
 //! | [`emission`] | 4.1, 6 | maps at any frequency |
 //!
-//! [`regrid`] changes Nside. [MKD18] = Martínez-Solaeche, Karakci & Delabrouille, MNRAS 476, 1310 (2018).
+//! [`regrid`] changes Nside. \[MKD18\] = Martínez-Solaeche, Karakci & Delabrouille, MNRAS 476, 1310 (2018).
 
 pub mod builtin_sky;
 pub mod emission;

@@ -1,4 +1,4 @@
-//! The observed maps at ν₀ on the working grid ([MKD18], section 3).
+//! The observed maps at ν₀ on the working grid (\[MKD18\], section 3).
 //!
 //! Intensity and polarisation at ν₀ are multiplied by the colour correction; every map is taken to the working Nside;
 //! where τ, T and β are not given they are fitted to the intensities ([`dust3d_kernels::fit::mbb`]).

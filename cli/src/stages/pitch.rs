@@ -1,4 +1,4 @@
-//! The pitch angle of the field ([MKD18], section 4.2).
+//! The pitch angle of the field (\[MKD18\], section 4.2).
 //!
 //! G(q) = Σ_p |Σ_i Q̃_i(q) − Q| + |Σ_i Ũ_i(q) − U| over the pixels at high latitude, on a coarse grid. A scan in steps of one
 //! degree finds the valley, golden section the minimum in it. The scan shares the geometry of a pixel among all angles.

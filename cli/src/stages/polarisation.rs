@@ -1,4 +1,4 @@
-//! Polarisation of each layer at ν₀ ([MKD18], section 4.2).
+//! Polarisation of each layer at ν₀ (\[MKD18\], section 4.2).
 //!
 //! Predicted: the field's polarisation fractions times the layer's intensity. Then the difference between the observed
 //! and the predicted total is shared among the layers in proportion to their polarised intensity, and what exceeds

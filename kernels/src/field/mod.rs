@@ -3,7 +3,7 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`density`] | n_d(R, z), the smooth dust disc |
-//! | [`column`] | column density of distance shells |
+//! | [`mod@column`] | column density of distance shells |
 //! | [`spiral`] | the bisymmetric spiral (BSS) field: vector and direction |
 //! | [`line_of_sight`] | Q_m/I_m and U_m/I_m of distance layers, for one pitch angle or many |
 //!
@@ -21,5 +21,5 @@ pub use density::Density;
 pub use line_of_sight::{Grains, Model};
 pub use spiral::Spiral;
 
-pub(crate) use mesh::Panels;
+pub(crate) use mesh::{Panels, Turn};
 pub(crate) use panel::{Depolarisation, polarise};

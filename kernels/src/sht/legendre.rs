@@ -266,11 +266,25 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
                 let place = (count, at);
                 if first.polar {
                     synthesis_group::<L, V, C, 2>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 } else {
                     synthesis_group::<L, V, C, 1>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 }
                 at += V;
@@ -280,11 +294,25 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
                 let place = (count, at);
                 if first.polar {
                     synthesis_group::<L, 1, C, 2>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 } else {
                     synthesis_group::<L, 1, C, 1>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 }
                 at += 1;
@@ -300,7 +328,7 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
 /// | `rings` | blocks | ring pairs, towards the equator |
 /// | `norm` | | r_0/(α_0 sin^m θ), from [`super::start_norms`] and [`super::step_table`] |
 /// | `steps` | steps | from [`super::step_table`]; may be longer |
-/// | `coefficients` | (steps, channels) | from [`super::mixing`] |
+/// | `coefficients` | (steps, channels) | from [`super::scalar_coefficients`] or [`super::spin2_coefficients`] |
 /// | `out` | (channels, blocks) | F_m; blocks beyond the polar limit (`m_limit < m`) are left as they are |
 ///
 /// # Errors
@@ -388,7 +416,10 @@ pub type RecurrenceState = Aligned<3>;
 
 /// Steps taken on all rings before the next: the sums of these steps stay in the first-level cache.
 const CHUNK: usize = 32;
-const _: () = assert!(CHUNK.is_multiple_of(2 * CHECK), "scales change at multiples of CHECK");
+const _: () = assert!(
+    CHUNK.is_multiple_of(2 * CHECK),
+    "scales change at multiples of CHECK"
+);
 
 /// Takes V blocks through some steps, from and to the stored state.
 #[inline(always)]
@@ -524,9 +555,13 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
             match (rest.first_chunk::<V>(), states.first_chunk_mut::<V>()) {
                 (Some(group), Some(states)) if group[V - 1].polar == first.polar => {
                     if first.polar {
-                        adjoint_group::<L, V, C, 2>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, V, C, 2>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     } else {
-                        adjoint_group::<L, V, C, 1>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, V, C, 1>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     }
                     at += V;
                 }
@@ -536,9 +571,13 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
                     };
                     let group = core::array::from_ref(first);
                     if first.polar {
-                        adjoint_group::<L, 1, C, 2>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, 1, C, 2>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     } else {
-                        adjoint_group::<L, 1, C, 1>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, 1, C, 1>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     }
                     at += 1;
                 }

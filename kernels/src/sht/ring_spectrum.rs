@@ -157,10 +157,9 @@ fn spectrum_body<L: Lanes>(
         let mut batch = [PhaseBlock::default(); BATCH];
         for (j, out) in batch.iter_mut().enumerate().take(count) {
             let m = first + j;
-            let (Some(rotation), Some(block)) = (
-                phase::<L>(token, m, table, scale),
-                phases.get(m * stride),
-            ) else {
+            let (Some(rotation), Some(block)) =
+                (phase::<L>(token, m, table, scale), phases.get(m * stride))
+            else {
                 return;
             };
             *out = combine::<L>(token, block, rotation);

@@ -93,3 +93,19 @@ image.header["BUNIT"] = "MJy/sr"
 fits.HDUList([fits.PrimaryHDU(), image]).writeto("image_iqu.fits", overwrite=True)
 
 np.save("iqu.npy", np.array(iqu, dtype="<f4"))
+
+# One smooth sky in three coordinates, the others by healpy's rotation of the coefficients.
+fine, lmax = 8, 12
+rng = np.random.default_rng(5)
+alms = [(rng.standard_normal(hp.Alm.getsize(lmax)) + 1j * rng.standard_normal(hp.Alm.getsize(lmax))) for _ in range(3)]
+for alm in alms:
+    alm[: lmax + 1] = alm[: lmax + 1].real
+for alm in alms[1:]:
+    alm[hp.Alm.getlm(lmax)[0] < 2] = 0
+alms[0][0] = 50
+for coord in "GCE":
+    turned = [alm.copy() for alm in alms]
+    if coord != "G":
+        turned = hp.Rotator(coord=["G", coord]).rotate_alm(turned)
+    hp.write_map(f"smooth_{coord}.fits", hp.alm2map(turned, fine), dtype=np.float64, coord=coord,
+                 column_units="MJy/sr", overwrite=True)

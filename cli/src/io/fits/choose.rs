@@ -4,7 +4,7 @@ use super::column::{Column, Element};
 use super::hdu::Hdu;
 use super::rows::Wanted;
 use super::select::Selection;
-use super::sky::Indexing;
+use super::sky::{Indexing, Sky};
 use crate::error::Result;
 use crate::io::role::{Meaning, Role};
 
@@ -120,6 +120,39 @@ fn list(columns: &[Column]) -> String {
         names.push("…".to_owned());
     }
     names.join(", ")
+}
+
+/// The column that belongs to Q or U: rotated, each becomes a mixture of both.
+pub(super) fn partner<'a>(
+    hdu: &Hdu,
+    columns: &'a [Column],
+    sky: &Sky,
+    of: Wanted<'_>,
+    stokes: Option<char>,
+    role: Option<Role>,
+) -> Result<Wanted<'a>> {
+    let ghz = match role {
+        Some(Role::StokesQ(ghz) | Role::StokesU(ghz)) => ghz,
+        _ => f64::NAN,
+    };
+    let (role, letter) = match stokes {
+        Some('Q') => (Role::StokesU(ghz), 'U'),
+        _ => (Role::StokesQ(ghz), 'Q'),
+    };
+    choose(hdu, columns, sky.indexing, &Selection::default(), Some(role))
+        .ok()
+        .filter(|other| other.column.number != of.column.number)
+        .ok_or_else(|| {
+            hdu.place().keyword(
+                "COORDSYS",
+                format_args!(
+                    "the map is in {} coordinates; to rotate {}, the Stokes {letter} that belongs to it is needed in a column of that name, and there is none among {}",
+                    sky.frame.name(),
+                    of.column.title(),
+                    list(columns)
+                ),
+            )
+        })
 }
 
 /// The factor from the unit of the column to that of `role`, and a note if the unit had to be assumed.

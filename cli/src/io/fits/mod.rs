@@ -13,16 +13,18 @@
 //! | missing | NaN, −1.6375e30, BAD_DATA, TNULLn, what a list leaves out |
 //! | units | TUNITn, converted to the unit of the [`Role`](super::Role); `[unit=…]` in place of one that is wrong or ambiguous |
 //! | polarisation | POLCCONV = IAU has its U turned to COSMO |
-//! | coordinates | Galactic; others are refused |
+//! | coordinates | COORDSYS; equatorial and ecliptic maps are turned to Galactic through harmonic coefficients, Q and U together |
 //!
-//! [`Selection`] says how one map of several is named. [`write`] puts maps, harmonic coefficients and spectra into files
+//! [`Selection`] says how one map of several is named. [`mod@write`] puts maps, harmonic coefficients and spectra into files
 //! that differ in no byte from run to run.
 
 mod card;
 mod choose;
 mod column;
+mod frame;
 mod hdu;
 mod header;
+mod pixels;
 mod place;
 mod read;
 mod rows;

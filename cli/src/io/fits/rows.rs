@@ -1,4 +1,4 @@
-//! Values of one or two columns, streamed from the rows of a table.
+//! Values of a few columns, streamed from the rows of a table.
 
 use super::column::{Column, Element};
 use super::hdu::Hdu;
@@ -18,15 +18,15 @@ pub(super) struct Wanted<'a> {
 /// Reads the table up to its last row and gives the values of the wanted columns to `sink`, some rows at a time, in the
 /// order of `wanted`.
 ///
-/// A table of short rows is read many rows at a time. Of longer rows one column is given in pieces, and of two those
+/// A table of short rows is read many rows at a time. Of longer rows one column is given in pieces, and of several those
 /// of one row are held.
-pub(super) fn stream_rows<const N: usize>(
+pub(super) fn stream_rows(
     stream: &mut Stream<'_>,
     hdu: &Hdu,
-    wanted: [Wanted<'_>; N],
-    mut sink: impl FnMut(&[Vec<f64>; N]) -> Result<()>,
+    wanted: &[Wanted<'_>],
+    mut sink: impl FnMut(&[Vec<f64>]) -> Result<()>,
 ) -> Result<()> {
-    let mut values = [const { Vec::new() }; N];
+    let mut values = vec![Vec::new(); wanted.len()];
     if hdu.row_len <= CHUNK as u64 {
         short_rows(stream, hdu, wanted, &mut values, &mut sink)
     } else {
@@ -37,12 +37,12 @@ pub(super) fn stream_rows<const N: usize>(
     }
 }
 
-fn short_rows<const N: usize>(
+fn short_rows(
     stream: &mut Stream<'_>,
     hdu: &Hdu,
-    wanted: [Wanted<'_>; N],
-    values: &mut [Vec<f64>; N],
-    sink: &mut impl FnMut(&[Vec<f64>; N]) -> Result<()>,
+    wanted: &[Wanted<'_>],
+    values: &mut [Vec<f64>],
+    sink: &mut impl FnMut(&[Vec<f64>]) -> Result<()>,
 ) -> Result<()> {
     // Within usize: a row is no longer than a chunk.
     let row_len = (hdu.row_len as usize).max(1);
@@ -67,14 +67,14 @@ fn short_rows<const N: usize>(
     Ok(())
 }
 
-fn long_row<const N: usize>(
+fn long_row(
     stream: &mut Stream<'_>,
     hdu: &Hdu,
-    wanted: [Wanted<'_>; N],
-    values: &mut [Vec<f64>; N],
-    sink: &mut impl FnMut(&[Vec<f64>; N]) -> Result<()>,
+    wanted: &[Wanted<'_>],
+    values: &mut [Vec<f64>],
+    sink: &mut impl FnMut(&[Vec<f64>]) -> Result<()>,
 ) -> Result<()> {
-    let mut order: [usize; N] = std::array::from_fn(|index| index);
+    let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_unstable_by_key(|&index| wanted[index].column.offset);
     let mut position = 0;
     let mut buffer = vec![0; CHUNK];
@@ -95,14 +95,14 @@ fn long_row<const N: usize>(
             decode(hdu, column, element, &buffer[..count], &mut values[index])?;
             left -= count as u64;
             // Of one column nothing has to be kept; several must be complete before they can be paired.
-            if N == 1 {
+            if wanted.len() == 1 {
                 sink(values)?;
                 values[index].clear();
             }
         }
         position = column.offset + column.width;
     }
-    if N > 1 {
+    if wanted.len() > 1 {
         sink(values)?;
         values.iter_mut().for_each(Vec::clear);
     }

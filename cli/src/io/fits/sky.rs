@@ -1,6 +1,7 @@
 //! The HEALPix keywords of a header: what the pixels of its columns are.
 
 use super::column::Column;
+use super::frame::Frame;
 use super::hdu::{Hdu, Kind, nside_of};
 use super::header::Header;
 use crate::error::Result;
@@ -10,6 +11,7 @@ use crate::kernels::healpix::missing::MISSING;
 /// What the pixels are.
 #[derive(Debug, Clone)]
 pub(super) struct Sky {
+    pub(super) frame: Frame,
     pub(super) nside: u32,
     pub(super) nested: bool,
     pub(super) indexing: Indexing,
@@ -24,8 +26,8 @@ pub(super) struct Sky {
 /// Which pixels the rows are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Indexing {
-    /// All from this one on.
-    From(u64),
+    /// `count` from `first` on.
+    Run { first: u64, count: u64 },
     /// Those in the column of this number.
     Column(usize),
 }
@@ -35,7 +37,7 @@ impl Sky {
     pub(super) fn of(hdu: &Hdu, columns: &[Column], primary: &Header) -> Result<Self> {
         let header = &hdu.header;
         let mut notes = Vec::new();
-        check_galactic(header, primary, &mut notes)?;
+        let frame = Frame::of(header, primary, &mut notes)?;
         let explicit = is_explicit(header)? && hdu.kind == Kind::Table;
         let pixels = columns
             .iter()
@@ -63,13 +65,17 @@ impl Sky {
         let indexing = if explicit {
             Indexing::Column(pixel_column(hdu, columns)?)
         } else {
-            Indexing::From(first_pixel(header, pixels, nside)?)
+            Indexing::Run {
+                first: first_pixel(header, pixels, nside)?,
+                count: pixels,
+            }
         };
         let bad_data = match header.real("BAD_DATA")? {
             Some(value) => value,
             None => primary.real("BAD_DATA").ok().flatten().unwrap_or(MISSING),
         };
         Ok(Self {
+            frame,
             nside,
             nested,
             indexing,
@@ -81,43 +87,6 @@ impl Sky {
 
     pub(super) const fn npix(&self) -> u64 {
         12 * self.nside as u64 * self.nside as u64
-    }
-}
-
-/// Maps in other coordinates cannot be used pixel by pixel: say what would have to be done.
-fn check_galactic(header: &Header, primary: &Header, notes: &mut Vec<String>) -> Result<()> {
-    let mut stated = None;
-    for key in ["COORDSYS", "SKYCOORD"] {
-        for header in [header, primary] {
-            if stated.is_none() {
-                stated = header
-                    .text(key)?
-                    .filter(|text| !text.is_empty())
-                    .map(|text| (key, text));
-            }
-        }
-    }
-    let Some((key, text)) = stated else {
-        notes.push(format!(
-            "{}: no COORDSYS, Galactic coordinates are assumed",
-            header.place
-        ));
-        return Ok(());
-    };
-    match text.to_ascii_uppercase().as_str() {
-        "G" | "GAL" | "GALACTIC" => Ok(()),
-        "C" | "Q" | "CELESTIAL" | "CEL" | "EQUATORIAL" | "EQU" | "ICRS" | "FK5" | "J2000"
-        | "E" | "ECL" | "ECLIPTIC" => header.place.refuse(
-            key,
-            format_args!(
-                "the map is in '{text}' coordinates, and Galactic ones are needed; rotate its harmonic coefficients first (in healpy: Rotator(coord=[\"{}\", \"G\"]).rotate_map_alms)",
-                if text.to_ascii_uppercase().starts_with("EC") || text.eq_ignore_ascii_case("E") { 'E' } else { 'C' }
-            ),
-        ),
-        _ => header.place.refuse(
-            key,
-            format_args!("'{text}' names no coordinates; write G, and rotate the map first if it is in other ones"),
-        ),
     }
 }
 
@@ -173,10 +142,14 @@ fn first_pixel(header: &Header, pixels: u64, nside: u32) -> Result<u64> {
     if pixels == npix {
         return Ok(0);
     }
+    let whole = header
+        .text("OBJECT")?
+        .is_some_and(|text| text.eq_ignore_ascii_case("FULLSKY"));
     let stated = |key: &str| -> Result<Option<u64>> {
         Ok(header.integer(key)?.and_then(|value| value.try_into().ok()))
     };
     if let (Some(first), Some(last)) = (stated("FIRSTPIX")?, stated("LASTPIX")?)
+        && !whole
         && last < npix
         && last
             .checked_sub(first)

@@ -1,6 +1,6 @@
 //! The factors of the emission laws that make the total look like the observations.
 //!
-//! A sum of layers is fitted hotter and with a smaller spread than its layers ([MKD18], section 6, who scale the average
+//! A sum of layers is fitted hotter and with a smaller spread than its layers (\[MKD18\], section 6, who scale the average
 //! temperatures by 0.982 and the fluctuations of T and β by 1.84 and 1.94 for Planck's data). Here the three factors are
 //! solved for: the fit of the total must have the observed mean and standard deviation of T and, within
 //! [`S_BETA_RANGE`], the observed standard deviation of β. Where no s_β in the range does that, it is held at the nearer

@@ -1,4 +1,4 @@
-//! Random T and β maps of a layer: right spectra, right distribution ([MKD18], section 6).
+//! Random T and β maps of a layer: right spectra, right distribution (\[MKD18\], section 6).
 //!
 //! A correlated Gaussian pair with the observed spectra is remapped to the observed distributions, which changes its
 //! spectra slightly, so it is filtered back to them. After one such iteration the spectra are exact and the

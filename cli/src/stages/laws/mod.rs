@@ -1,7 +1,7 @@
-//! Emission laws of the layers: maps of temperature and spectral index ([MKD18], section 6).
+//! Emission laws of the layers: maps of temperature and spectral index (\[MKD18\], section 6).
 //!
 //! 1. [`spectra`]: spectra of the observed T and β and their correlation,
-//! 2. [`draw`]: for each layer a Gaussian pair with these spectra, remapped ([`remap`]) to the observed distributions and
+//! 2. [`mod@draw`]: for each layer a Gaussian pair with these spectra, remapped ([`mod@remap`]) to the observed distributions and
 //!    filtered back,
 //! 3. [`calibration`]: factors that make the fit of the total ([`sky`]) agree with the observed,
 //! 4. [`apply`]: T_i = s_avg T_avg + s_T δT, β_i = β_avg + s_β δβ, with floors.

@@ -1,7 +1,7 @@
 //! T–E correlation of a layer with small scales.
 //!
 //! Each l is whitened with the covariance of (T, E) that the simulated layer has, and recoloured with the one it should
-//! have ([MKD18], section 5), with lower-triangular roots, so that T is not touched and the intensity stays positive.
+//! have (\[MKD18\], section 5), with lower-triangular roots, so that T is not touched and the intensity stays positive.
 //!
 //! Erratum: the paper's covariance of the simulated layer assumes seeds that are not modulated by the layer's
 //! polarised intensity. By default it is measured instead, in bins of l.

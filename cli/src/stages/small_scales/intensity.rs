@@ -1,7 +1,7 @@
 //! Log-normal small scales of the intensity of a layer.
 //!
 //! I_κ = I exp(κ g − κ²/2), g the windowed seed scaled to unit variance: positive by construction, with fluctuations
-//! proportional to the large-scale intensity ([MKD18], section 5). Then large scales are restored, twice: every cell of a
+//! proportional to the large-scale intensity (\[MKD18\], section 5). Then large scales are restored, twice: every cell of a
 //! coarse grid gets back its observed mean. (A ratio of smoothed maps does not do: a layer spans such a dynamic range
 //! that harmonic smoothing makes it negative over much of the sky.)
 //!

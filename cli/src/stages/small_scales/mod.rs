@@ -1,4 +1,4 @@
-//! Small scales of a layer: random fluctuations beyond the resolution of the observations ([MKD18], section 5).
+//! Small scales of a layer: random fluctuations beyond the resolution of the observations (\[MKD18\], section 5).
 //!
 //! Each layer by itself, from its renormalised I, Q, U at ν₀:
 //!

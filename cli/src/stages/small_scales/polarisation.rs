@@ -2,7 +2,7 @@
 //!
 //! The seeds are windowed by √(1 − h_l²), synthesised, multiplied by the layer's polarised intensity over its rms, and
 //! analysed again; E and B are scaled to the fitted amplitudes and added to the observed a_lm through the same window
-//! ([MKD18], section 5). The window comes before the modulation because the red seeds, nearly constant across a layer
+//! (\[MKD18\], section 5). The window comes before the modulation because the red seeds, nearly constant across a layer
 //! that hugs the plane, would otherwise give back the layer's own pattern with E and B mixed.
 
 use super::StokesMaps;

@@ -1,6 +1,6 @@
 //! Random a_lm of a layer: Gaussian, with power-law spectra and a correlation of T and E.
 //!
-//! [MKD18], section 5. Deviates are drawn l by l, and within an l for m = 0 … l, two for each (l, m), from one stream
+//! \[MKD18\], section 5. Deviates are drawn l by l, and within an l for m = 0 … l, two for each (l, m), from one stream
 //! per field, so the seeds up to a given l do not depend on lmax, on Nside, on the other layers or on threads.
 
 use crate::Error;

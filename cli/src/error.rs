@@ -31,12 +31,15 @@ pub struct Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error of the given kind.
+    /// An error of the given kind. Line breaks, which a message may quote from the user, become spaces.
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
-        Self {
-            kind,
-            message: message.into(),
-        }
+        let message = message.into();
+        let message = if message.contains(char::is_control) {
+            message.replace(char::is_control, " ")
+        } else {
+            message
+        };
+        Self { kind, message }
     }
 
     /// The command line or the configuration is wrong.
@@ -102,9 +105,8 @@ impl Error {
 
     /// The same error with `context: ` before its sentence.
     #[must_use]
-    pub fn within(mut self, context: impl fmt::Display) -> Self {
-        self.message = format!("{context}: {}", self.message);
-        self
+    pub fn within(self, context: impl fmt::Display) -> Self {
+        Self::new(self.kind, format!("{context}: {}", self.message))
     }
 }
 

@@ -1,6 +1,8 @@
 //! The configuration: round trips, overrides, and every refusal with its sentence.
 
+use crate::properties::assert_configuration;
 use dust3d::config::{Config, DEFAULT_TOML, Draft, parse_frequency};
+use proptest::prelude::*;
 use std::path::Path;
 
 fn refusal(result: dust3d::Result<Config>) -> String {
@@ -200,5 +202,42 @@ fn frequencies_are_numbers_or_wavelengths() {
     assert_eq!(parse_frequency("353 GHz"), Some(353.0));
     for bad in ["", "um", "0", "-5", "nan", "inf", "0um", "five"] {
         assert_eq!(parse_frequency(bad), None, "{bad}");
+    }
+}
+
+#[test]
+fn prop_edges_configuration() {
+    for text in [
+        DEFAULT_TOML,
+        "",
+        "=",
+        "a.b.c=1",
+        "nside=\"64\"",
+        "layers=[]",
+        "seed=1979-05-27",
+        "field.k={}",
+        "frequencies=[[]]",
+    ] {
+        assert_configuration(text);
+    }
+}
+
+proptest! {
+    /// The default with one of its lines replaced by one with another value.
+    #[test]
+    fn prop_random_configuration(line in 0_usize..90, value in "[-+0-9.eE]{1,6}|[\\[\\]{}\"a-z=., ]{0,12}|inf|nan|true") {
+        let mut section = String::new();
+        let mut lines: Vec<String> = DEFAULT_TOML.lines().map(str::to_owned).collect();
+        let index = line % lines.len();
+        if let Some((key, _)) = lines[index].trim_start_matches("# ").to_owned().split_once(" = ") {
+            lines[index] = format!("{key} = {value}");
+            section = lines[..index].iter().rev().find(|line| line.starts_with('[')).map_or_else(String::new, |line| {
+                let name = line.trim_start_matches('[').split(']').next().unwrap_or_default();
+                format!("{name}.")
+            });
+            assert_configuration(&format!("{section}{key}={value}"));
+        }
+        assert_configuration(&lines.join("\n"));
+        prop_assert!(section.is_empty() || section.ends_with('.'));
     }
 }

@@ -6,6 +6,7 @@ mod fits;
 mod maps;
 mod pipeline;
 mod plots;
+mod properties;
 mod refusals;
 mod rotation;
 mod shell;

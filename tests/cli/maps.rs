@@ -1,7 +1,10 @@
 //! The tools on maps.
 
+use crate::properties::assert_raw_map;
 use crate::shell::Shell;
+use dust3d::config::Dtype;
 use dust3d::kernels::healpix::missing::MISSING;
+use proptest::prelude::*;
 use std::f64::consts::PI;
 
 #[test]
@@ -285,4 +288,32 @@ fn transforms_refuse_what_they_cannot_do() {
         &["map", "synthesise", "alm", "--nside", "8", "--out", "x"],
     );
     assert!(message.contains("one of E.c128 and B.c128"), "{message}");
+}
+
+proptest! {
+    #[test]
+    fn prop_random_raw_map(bytes in proptest::collection::vec(any::<u8>(), 0..800), nside in 0_usize..=2) {
+        for dtype in [Dtype::F32, Dtype::F64] {
+            assert_raw_map(&bytes, dtype);
+            let whole: Vec<u8> = bytes.iter().copied().cycle().take(12 * nside * nside * dtype.size()).collect();
+            assert_raw_map(&whole, dtype);
+        }
+    }
+}
+
+#[test]
+fn prop_edges_raw_map() {
+    for value in [
+        f64::NAN,
+        MISSING,
+        1.000_009 * MISSING,
+        1.000_02 * MISSING,
+        f64::MAX,
+        -0.0,
+        5e-324,
+        f64::INFINITY,
+    ] {
+        assert_raw_map(&[value.to_le_bytes(); 12].concat(), Dtype::F64);
+        assert_raw_map(&[(value as f32).to_le_bytes(); 12].concat(), Dtype::F32);
+    }
 }

@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Frame, TEXT};
 use super::colours::{Colours, MISSING_COLOUR, Rgb};
 use super::graticule::Graticule;
 use super::projection::{Row, View};
-use super::scale::{Scale, Spread};
+use super::scale::Scale;
 use super::text::Anchor;
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
@@ -13,7 +13,7 @@ use crate::kernels::healpix::{Location, Nside, ring};
 use rayon::prelude::*;
 
 /// Samples per screen pixel and direction.
-const SAMPLES: usize = 4;
+const SAMPLES: usize = 3;
 
 /// One map and how to show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -184,9 +184,7 @@ impl MapPlot<'_> {
     fn raster(&self, canvas: &mut Canvas, map: Frame) -> Result<()> {
         let shader = Shader {
             nside: Nside::new(u64::from(self.nside))?,
-            values: self.values,
-            spread: self.scale.spread(),
-            colours: self.colours,
+            shades: shades(self.values, self.scale, self.colours),
             view: self.view,
             size: (map.width as usize, map.height as usize),
         };
@@ -209,17 +207,16 @@ impl MapPlot<'_> {
 }
 
 /// Finds the colours of screen pixels.
-struct Shader<'a> {
+struct Shader {
     nside: Nside,
-    values: &'a [f64],
-    spread: Spread,
-    colours: Colours,
+    /// Of the pixels of the map.
+    shades: Vec<[f32; 3]>,
     view: View,
     /// Of the map on the screen, pixels.
     size: (usize, usize),
 }
 
-impl Shader<'_> {
+impl Shader {
     /// Mean colour of each pixel of a line of the screen, and how much of the pixel is sky.
     fn row(&self, row: usize) -> Vec<(Rgb, f64)> {
         let (width, height) = self.size;
@@ -248,13 +245,24 @@ impl Shader<'_> {
 
     fn colour(&self, location: Location) -> Option<Rgb> {
         let pixel = ring::loc2pix(self.nside, location).ok()?;
-        let value = *self.values.get(pixel as usize)?;
-        Some(if is_missing(value) {
+        self.shades
+            .get(pixel as usize)
+            .map(|shade| shade.map(f64::from))
+    }
+}
+
+/// The colour of every pixel of a map.
+fn shades(values: &[f64], scale: Scale, colours: Colours) -> Vec<[f32; 3]> {
+    let spread = scale.spread();
+    let shade = |value: &f64| {
+        let colour = if is_missing(*value) {
             MISSING_COLOUR
         } else {
-            self.colours.at(self.spread.position(value))
-        })
-    }
+            colours.at(spread.position(*value))
+        };
+        colour.map(|channel| channel as f32)
+    };
+    values.par_iter().map(shade).collect()
 }
 
 /// Sample `sub` of screen pixel `index` of `count`, from −1 to 1.

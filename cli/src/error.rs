@@ -69,6 +69,13 @@ impl Error {
         Self::new(ErrorKind::Io, message)
     }
 
+    /// The same error, taken as one of usage or configuration.
+    #[must_use]
+    pub fn as_usage(mut self) -> Self {
+        self.kind = ErrorKind::Usage;
+        self
+    }
+
     /// The run was stopped by the user.
     #[must_use]
     pub fn interrupted() -> Self {

@@ -3,7 +3,7 @@
 use crate::Error;
 use dust3d_kernels::random::Stream;
 use dust3d_kernels::random::normal::white_alm_into;
-use dust3d_kernels::spectra::alm_len;
+use dust3d_kernels::sht::alm;
 use num_complex::Complex;
 
 /// What a stream of random numbers is for. The numbers are part of the meaning of a seed: never reuse or change one.
@@ -30,7 +30,7 @@ pub fn white_alm(
 ) -> Result<Vec<Complex<f64>>, Error> {
     let layer = u32::try_from(layer).unwrap_or(u32::MAX);
     let mut stream = Stream::new(seed, stage as u32, layer, field)?;
-    let mut alm = vec![Complex::new(0.0, 0.0); alm_len(lmax)];
+    let mut alm = vec![Complex::new(0.0, 0.0); alm::len(lmax)];
     white_alm_into(&mut stream, lmax, &mut alm)?;
     Ok(alm)
 }

@@ -29,7 +29,9 @@ impl Run {
 
     fn layers(&self, stem: &str) -> Vec<Vec<f64>> {
         let layers = self.manifest.layers.expect("a run has layers");
-        (1..=layers).map(|i| self.map(&format!("{stem}_{i}"))).collect()
+        (1..=layers)
+            .map(|i| self.map(&format!("{stem}_{i}")))
+            .collect()
     }
 }
 
@@ -49,10 +51,11 @@ fn run_config(config: &Config, threads: usize) -> Run {
         .build()
         .expect("threads");
     let manifest = pool.install(|| {
-        let inputs = (!config.inputs.is_built_in())
-            .then(|| Inputs::read(config).expect("good inputs"));
+        let inputs =
+            (!config.inputs.is_built_in()).then(|| Inputs::read(config).expect("good inputs"));
         let out = RunDir::create(&target, false).expect("a new directory");
-        let manifest = pipeline::run(config, inputs, &out, Level::detect(), &Silent).expect("a run");
+        let manifest =
+            pipeline::run(config, inputs, &out, Level::detect(), &Silent).expect("a run");
         out.finish(manifest).expect("a finished directory")
     });
     let mut files = Files::new();
@@ -118,11 +121,11 @@ fn check_invariants(run: &Run) {
         assert!((sq - q[p]).hypot(su - u[p]) <= 1e-12 * moduli.max(total));
     }
     assert_eq!(capped_over, 0);
-    for (stokes_q, (stokes_u, stokes_i)) in run
-        .layers("templates/Q")
-        .iter()
-        .zip(run.layers("templates/U").iter().zip(&run.layers("templates/I")))
-    {
+    for (stokes_q, (stokes_u, stokes_i)) in run.layers("templates/Q").iter().zip(
+        run.layers("templates/U")
+            .iter()
+            .zip(&run.layers("templates/I")),
+    ) {
         for p in 0..stokes_i.len() {
             assert!(stokes_i[p] >= 0.0);
             assert!(stokes_q[p].hypot(stokes_u[p]) <= stokes_i[p] * (1.0 + 1e-12));
@@ -151,17 +154,25 @@ fn builtin_sky_run_keeps_every_invariant() {
     for model in ["3d", "3d-uniform", "2d"] {
         for nu in ["143", "217", "353"] {
             for stokes in ["I", "Q", "U"] {
-                assert!(run.files.contains_key(&format!("emission/{model}_{nu}GHz_{stokes}.f64")));
+                assert!(
+                    run.files
+                        .contains_key(&format!("emission/{model}_{nu}GHz_{stokes}.f64"))
+                );
             }
         }
     }
 
     // Calibration: the fit of the total has the observed mean and spread.
     let total = run.manifest.mbb_fit_total.expect("a fit of the total");
-    let observed = run.manifest.mbb_fit_observed.expect("a fit of the observed");
+    let observed = run
+        .manifest
+        .mbb_fit_observed
+        .expect("a fit of the observed");
     let laws = run.manifest.laws.as_ref().expect("laws");
     let (mean, std) = mean_std(&run.map("observations/T"));
-    assert!((observed.t_mean / mean - 1.0).abs() < 1e-12 && (observed.t_std / std - 1.0).abs() < 1e-9);
+    assert!(
+        (observed.t_mean / mean - 1.0).abs() < 1e-12 && (observed.t_std / std - 1.0).abs() < 1e-9
+    );
     assert!((total.t_mean / observed.t_mean - 1.0).abs() < 1e-3);
     assert!((total.t_std / observed.t_std - 1.0).abs() < 1e-3);
     assert_eq!(laws.calibration_status, "solved");
@@ -170,7 +181,13 @@ fn builtin_sky_run_keeps_every_invariant() {
 
     assert_eq!(run.manifest.small_scales.len(), 6);
     assert!(run.files["pitch.csv"].starts_with(b"q_deg,G\n-60,"));
-    assert_eq!(run.files["pitch.csv"].iter().filter(|&&c| c == b'\n').count(), 57);
+    assert_eq!(
+        run.files["pitch.csv"]
+            .iter()
+            .filter(|&&c| c == b'\n')
+            .count(),
+        57
+    );
     assert!(run.files["overview.png"].starts_with(b"\x89PNG"));
     assert_eq!(run.files.len(), run.manifest.files.len());
 }
@@ -179,7 +196,10 @@ fn builtin_sky_run_keeps_every_invariant() {
 fn threads_do_not_change_a_byte() {
     let config = config(&["nside=16", "seed=3"]);
     let (one, two) = (run_config(&config, 1), run_config(&config, 2));
-    assert_eq!(one.files.keys().collect::<Vec<_>>(), two.files.keys().collect::<Vec<_>>());
+    assert_eq!(
+        one.files.keys().collect::<Vec<_>>(),
+        two.files.keys().collect::<Vec<_>>()
+    );
     for (name, bytes) in &one.files {
         assert_eq!(Some(bytes), two.files.get(name), "{name}");
     }
@@ -187,7 +207,10 @@ fn threads_do_not_change_a_byte() {
 
 #[test]
 fn seeds_make_different_skies_of_the_same_observations() {
-    let (a, b) = (run(&["nside=16", "seed=1"]), run(&["nside=16", "seed=1", "laws.refilter_iterations=2"]));
+    let (a, b) = (
+        run(&["nside=16", "seed=1"]),
+        run(&["nside=16", "seed=1", "laws.refilter_iterations=2"]),
+    );
     assert_eq!(a.files["templates/I_1.f64"], b.files["templates/I_1.f64"]);
     assert_ne!(a.files["laws/T_1.f64"], b.files["laws/T_1.f64"]);
     let c = run(&["nside=16", "seed=2"]);
@@ -196,16 +219,34 @@ fn seeds_make_different_skies_of_the_same_observations() {
 
 #[test]
 fn other_numbers_of_layers_work() {
-    for edges in ["[19.0]", "[8.0, 19.0]", "[4.0, 5.5, 7.0, 9.0, 11.0, 13.0, 16.0, 19.0]"] {
-        let run = run(&["nside=16", &format!("layers.edges={edges}"), "frequencies=[353]"]);
+    for edges in [
+        "[19.0]",
+        "[8.0, 19.0]",
+        "[4.0, 5.5, 7.0, 9.0, 11.0, 13.0, 16.0, 19.0]",
+    ] {
+        let run = run(&[
+            "nside=16",
+            &format!("layers.edges={edges}"),
+            "frequencies=[353]",
+        ]);
         check_invariants(&run);
     }
 }
 
 #[test]
 fn keep_final_leaves_the_products_only() {
-    let run = run(&["nside=8", "output.keep=\"final\"", "output.dtype=\"f32\"", "frequencies=[95.5]"]);
-    let mut folders: Vec<&str> = run.files.keys().filter_map(|f| f.split_once('/')).map(|f| f.0).collect();
+    let run = run(&[
+        "nside=8",
+        "output.keep=\"final\"",
+        "output.dtype=\"f32\"",
+        "frequencies=[95.5]",
+    ]);
+    let mut folders: Vec<&str> = run
+        .files
+        .keys()
+        .filter_map(|f| f.split_once('/'))
+        .map(|f| f.0)
+        .collect();
     folders.dedup();
     assert_eq!(folders, ["emission", "laws", "observations", "templates"]);
     assert!(run.files.contains_key("emission/3d_95.5GHz_I.f32"));
@@ -222,8 +263,14 @@ fn stages_can_be_left_out() {
         "frequencies=[]",
     ]);
     assert!(run.manifest.small_scales.is_empty());
-    assert_eq!(run.files["templates/Q_2.f64"], run.files["renormalised/Q_2.f64"]);
-    assert_eq!(run.files["templates/I_2.f64"], run.files["intensity/I_2.f64"]);
+    assert_eq!(
+        run.files["templates/Q_2.f64"],
+        run.files["renormalised/Q_2.f64"]
+    );
+    assert_eq!(
+        run.files["templates/I_2.f64"],
+        run.files["intensity/I_2.f64"]
+    );
     assert!(!run.files.contains_key("pitch.csv"));
     assert_eq!(run.manifest.pitch_deg, Some(-20.0));
     let laws = run.manifest.laws.as_ref().expect("laws");
@@ -242,7 +289,9 @@ fn real_data() -> Option<PathBuf> {
 #[test]
 fn real_observations_run_at_nside_64() {
     let Some(data) = real_data() else {
-        eprintln!("SKIPPED: no real observations found ($SHARED/data or ../shared/data): this run was NOT tested");
+        eprintln!(
+            "SKIPPED: no real observations found ($SHARED/data or ../shared/data): this run was NOT tested"
+        );
         return;
     };
     let mut settings = vec!["nside=64".to_owned(), "seed=5".to_owned()];
@@ -254,9 +303,15 @@ fn real_observations_run_at_nside_64() {
         ("T", "T"),
         ("beta", "beta"),
     ] {
-        settings.push(format!("inputs.{key}=\"{}/sky64/{file}.f64\"", data.display()));
+        settings.push(format!(
+            "inputs.{key}=\"{}/sky64/{file}.f64\"",
+            data.display()
+        ));
     }
-    settings.push(format!("inputs.cube=\"{}/cube32/ebv_{{modulus}}.f32\"", data.display()));
+    settings.push(format!(
+        "inputs.cube=\"{}/cube32/ebv_{{modulus}}.f32\"",
+        data.display()
+    ));
     let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
     let run = run(&settings);
     check_invariants(&run);

@@ -168,7 +168,12 @@ fn files_that_are_not_there() {
         &["--set", "inputs.tau=tau.dat"],
         &["inputs.tau", "tau.dat", ".f32 or .f64"],
     );
-    refused(1, |_| (), &["--set", "inputs.tau=cube"], &["tau"]);
+    refused(
+        1,
+        |shell| shell.write("dir.f64/x", b""),
+        &["--set", "inputs.tau=dir.f64"],
+        &["tau", "dir.f64"],
+    );
     let shell = Shell::new();
     let message = shell.fail(2, &["run", "none.toml", "--out", "out"]);
     assert!(

@@ -65,7 +65,7 @@ fn closed_grid_noise_free() {
                 "{level}, {} frequencies: {worst:.2e}",
                 fit.frequencies().len()
             );
-            assert!(worst <= tol::MBB_FIT_EXACT.bound);
+            tol::MBB_FIT_EXACT.hold(worst);
         }
     }
 }
@@ -105,7 +105,7 @@ fn scipy_vectors_inside_and_on_bounds() {
     }
     println!("scipy: {worst:.2e}, {bounds} on bounds, {poor} poor");
     assert!(bounds > 100);
-    assert!(worst <= tol::MBB_FIT.bound);
+    tol::MBB_FIT.hold(worst);
 }
 
 #[test]

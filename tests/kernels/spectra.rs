@@ -1,8 +1,9 @@
 //! Windows, power-law fits, bins and 2×2 roots.
 
+use dust3d_kernels::sht::alm;
 use dust3d_kernels::spectra::{
-    Cov2, PowerLaw, alm_len, beam, beam_complement, bin_range, binned_mean, cross_spectrum,
-    fit_amplitude, fit_power_law, fit_range, fwhm_to_sigma, scale_by_l,
+    Cov2, PowerLaw, beam, beam_complement, bin_range, binned_mean, cross_spectrum, fit_amplitude,
+    fit_power_law, fit_range, fwhm_to_sigma, scale_by_l,
 };
 use num_complex::Complex;
 use proptest::prelude::*;
@@ -133,7 +134,7 @@ proptest! {
 fn naive_cross_spectrum_and_scaling() {
     let lmax = 5;
     let index = |l: usize, m: usize| m * (2 * lmax + 1 - m) / 2 + l;
-    let mut a = vec![Complex::new(0.0, 0.0); alm_len(lmax)];
+    let mut a = vec![Complex::new(0.0, 0.0); alm::len(lmax)];
     let mut b = a.clone();
     for m in 0..=lmax {
         for l in m..=lmax {

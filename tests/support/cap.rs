@@ -216,9 +216,9 @@ pub fn nearest(pixel: &Pixel, u: &[[f64; 2]], w: &[f64]) -> Vec<[f64; 2]> {
         for _ in 0..120 {
             let middle = 0.5 * (low + high);
             if f(middle) < 0.0 {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         0.5 * (low + high)

@@ -52,7 +52,7 @@ fn dot(a: Three, b: Three) -> f64 {
 
 /// (Q_m/I_m, U_m/I_m) of the layer `near`–`far` (kpc) towards Galactic longitude and latitude (radians).
 ///
-/// Absolute accuracy 1e-10 or better for k = 3.
+/// Absolute accuracy 1e-10 or better.
 pub fn ratios(model: &Model, lon: f64, lat: f64, near: f64, far: f64) -> [f64; 2] {
     let (sl, cl) = lon.sin_cos();
     let (sb, cb) = lat.sin_cos();

@@ -82,8 +82,8 @@ tolerances! {
 
 // Fit of modified blackbodies.
 tolerances! {
-    MBB_FIT_EXACT: "fit_into", "relative error of T, τ and absolute of β, noise-free", 1e-8, "conditioning at T = 60 K";
-    MBB_FIT: "fit_into", "T, τ relative, β absolute, against scipy", 1e-6, "the reference";
+    MBB_FIT_EXACT: "fit_into", "T, τ relative, β absolute, noise-free", 2e-14, "rounding times the conditioning, worst at T = 60 K";
+    MBB_FIT: "fit_into", "T, τ relative, β absolute, against scipy polished by Newton", 2e-14, "rounding of both";
 }
 
 // HEALPix: centres against 50 digits, weights against healpy.
@@ -92,4 +92,21 @@ tolerances! {
     HEALPIX_Z: "healpix pix2vec", "ulp of z", 1.0, "one quotient in the belt; 1 − t, with t to 1.5 ulp, in the caps";
     HEALPIX_XY: "healpix pix2vec", "x, y over sin θ", 1.5e-15, "the rounding of φ, up to 8.9e-16 before 2π";
     HEALPIX_WEIGHTS: "healpix interp", "weights over nside", 2e-15, "the rounding of θ, 4e-16 before π, over the spacing of rings, about 1/nside";
+}
+
+// Spherical harmonic transforms: functions of l up to 8192 against 160 digits, relative to √((2l+1)/4π).
+tolerances! {
+    SHT_LEGENDRE_POLE: "sht::synthesis", "λ_lm, colatitudes 1e-11 to 0.01", 1e-10, "rounding of the recurrence's coefficients grows as the 3/2 power of l where nothing oscillates";
+    SHT_LEGENDRE: "sht::synthesis", "λ_lm, colatitudes 0.01 to 1.57", 3e-13, "the same beside the equator, where the sum of two steps is small";
+    SHT_WIGNER_POLE: "sht::wigner_synthesis", "X1, X2, colatitudes 1e-11 to 0.01", 1e-10, "as λ_lm";
+    SHT_WIGNER: "sht::wigner_synthesis", "X1, X2, colatitudes 0.01 to 1.57", 1e-13, "as λ_lm";
+    SHT_SHARED_RECURRENCE: "sht::spin2_coefficients", "X1, X2, colatitudes 0.03 to 1.57", 3e-13, "as λ_lm, divided by sin²θ";
+}
+
+// Galactic field, pitch objective, random numbers.
+tolerances! {
+    SIGHT: "ratios_into", "absolute, of Q/I and U/I, against the adaptive rule, any k, any edges", 1e-8, "the kink of |cos|³ between fixed nodes";
+    SIGHT_MP: "ratios_into", "absolute, against mpmath", 3e-10, "as above";
+    SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
+    NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
 }

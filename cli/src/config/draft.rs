@@ -24,7 +24,7 @@ impl Draft {
     /// A file that cannot be read, is not TOML, or holds an unknown key.
     pub fn file(self, path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
-            .map_err(|cause| Error::io("read the configuration", path, &cause))?;
+            .map_err(|cause| Error::io("read the configuration", path, &cause).as_usage())?;
         let base = path.parent().unwrap_or_else(|| Path::new(""));
         self.toml(&text, base)
             .map_err(|error| error.within(path.display()))

@@ -255,10 +255,10 @@ impl Array {
     fn decode(&self, bytes: &[u8], out: &mut Vec<f64>) {
         match (self.dtype, self.big_endian) {
             (Dtype::F64, false) => {
-                out.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b)))
+                out.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b)));
             }
             (Dtype::F64, true) => {
-                out.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_be_bytes(b)))
+                out.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_be_bytes(b)));
             }
             (Dtype::F32, false) => {
                 out.extend(

@@ -119,7 +119,7 @@ impl Role {
             None if name.parameter().is_some() || name.is_auxiliary() => Meaning::Other,
             None => Meaning::Neutral,
         };
-        let parameter = |wanted: Role| match name.parameter() {
+        let parameter = |wanted: Self| match name.parameter() {
             Some(found) if found == wanted => Meaning::Wanted,
             Some(_) => Meaning::Other,
             None if name.stokes().is_some() || name.is_auxiliary() => Meaning::Other,

@@ -16,9 +16,10 @@ use super::orders::{Order, Orders};
 use super::plan::{Geometry, ShtPlan};
 use super::workers::{Scratch, share};
 use dust3d_kernels::sht::{
-    Coefficient, PhaseBlock, RingBlock, adjoint, alm, phases_from_spectrum, scalar_coefficients,
-    scalar_from_sums, spectrum_from_phases, spin2_coefficients, spin2_from_sums, synthesis,
-    wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_synthesis,
+    Coefficient, PhaseBlock, RecurrenceState, RingBlock, Sums, adjoint, alm, phases_from_spectrum,
+    scalar_coefficients, scalar_from_sums, spectrum_from_phases, spin2_coefficients,
+    spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients, wigner_from_sums,
+    wigner_synthesis,
 };
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;
@@ -231,7 +232,8 @@ impl Part<'_> {
         if self.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
-            own.states.resize(self.main.len(), [[0.0; 8]; 3]);
+            own.states
+                .resize(self.main.len(), RecurrenceState::default());
             sound(adjoint(
                 self.level,
                 self.main,
@@ -264,7 +266,8 @@ impl Part<'_> {
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                own.states.resize(self.polar.len(), [[0.0; 8]; 3]);
+                own.states
+                    .resize(self.polar.len(), RecurrenceState::default());
                 sound(adjoint(
                     self.level,
                     self.polar,
@@ -281,7 +284,7 @@ impl Part<'_> {
             if let [e, b] = &mut alms[scalars..] {
                 let n = order.wigner.len();
                 own.wigner_coefficients.resize(n, [0.0; 4]);
-                own.sums.resize(n.max(own.sums.len()), [[0.0; 8]; 4]);
+                own.sums.resize(n.max(own.sums.len()), Sums::default());
                 let (q, u) = pair_row.split_at(self.polar.len());
                 sound(wigner_adjoint(
                     self.level,
@@ -453,11 +456,8 @@ impl ShtPlan {
         (channels, level, lmax): (Channels, Level, usize),
         range: Range<usize>,
     ) -> Part<'a> {
-        let polar_end = if channels.pairs > 0 {
-            geometry.polar.clamp(range.start, range.end)
-        } else {
-            range.start
-        };
+        // also without pairs: the adjoint sums in the same order in every group
+        let polar_end = geometry.polar.clamp(range.start, range.end);
         Part {
             channels,
             level,
@@ -474,7 +474,7 @@ impl ShtPlan {
     fn reserve_phases(&mut self, channels: Channels) {
         let need = channels.count() * self.geometry.part * (self.lmax + 1);
         if self.phases.len() < need {
-            self.phases.resize(need, [[0.0; 8]; 4]);
+            self.phases.resize(need, PhaseBlock::default());
         }
     }
 
@@ -579,7 +579,7 @@ impl ShtPlan {
                 m: 0,
             };
             share(&mut self.workers, orders, |own, (m, mut alms)| {
-                own.row.resize(part.row(), [[0.0; 8]; 4]);
+                own.row.resize(part.row(), PhaseBlock::default());
                 for block in part.range.clone() {
                     if part.geometry.rings[block].m_limit < m {
                         continue;

@@ -8,8 +8,8 @@
 use super::plan::ShtPlan;
 use dust3d_kernels::Error;
 use dust3d_kernels::sht::{
-    PhaseBlock, RecurrenceState, adjoint, epsilon_len, epsilon_table, scalar_coefficients, scalar_from_sums,
-    start_norms, step_count, step_table, synthesis,
+    Aligned, PhaseBlock, RecurrenceState, adjoint, epsilon_len, epsilon_table, scalar_coefficients,
+    scalar_from_sums, start_norms, step_count, step_table, synthesis,
 };
 use num_complex::Complex;
 
@@ -34,9 +34,9 @@ impl ShtPlan {
         };
         let n = lmax / 2 + 1;
         let blocks = geometry.rings.len();
-        let mut phases: Vec<PhaseBlock> = vec![[[0.0; 8]; 4]; blocks];
+        let mut phases: Vec<PhaseBlock> = vec![PhaseBlock::default(); blocks];
         let mut coefficients = vec![[0.0; 4]; n];
-        let mut scratch: Vec<RecurrenceState> = vec![[[0.0; 8]; 3]; blocks];
+        let mut scratch: Vec<RecurrenceState> = vec![RecurrenceState::default(); blocks];
         let mut alm = vec![Complex::default(); lmax + 1];
         // values on rings of Σ μ_l λ_l0, even l only
         let mut on_rings = |mu: &[f64], phases: &mut [PhaseBlock]| -> Result<(), Error> {
@@ -87,7 +87,7 @@ impl ShtPlan {
             Ok(())
         };
 
-        phases.fill([[1.0; 8], [0.0; 8], [1.0; 8], [0.0; 8]]);
+        phases.fill(Aligned([[1.0; 8], [0.0; 8], [1.0; 8], [0.0; 8]]));
         let mut residual = vec![0.0; n];
         moments(&mut phases, &mut residual)?;
         let scale = residual[0];

@@ -7,8 +7,8 @@
 use crate::Error;
 use crate::sht::{Analysis, ShtPlan};
 use dust3d_kernels::healpix::{Nside, resample};
+use dust3d_kernels::sht::alm;
 use dust3d_kernels::simd::Level;
-use dust3d_kernels::spectra::alm_len;
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -47,7 +47,7 @@ pub fn polarisation(
     }
     let lmax = 2 * from.get() as usize;
     let zero = Complex::new(0.0, 0.0);
-    let (mut e, mut b) = (vec![zero; alm_len(lmax)], vec![zero; alm_len(lmax)]);
+    let (mut e, mut b) = (vec![zero; alm::len(lmax)], vec![zero; alm::len(lmax)]);
     ShtPlan::new(from, lmax, level)?.analysis_spin2(q, u, &mut e, &mut b, &Analysis::default())?;
     let npix = to.npix() as usize;
     let (mut q, mut u) = (vec![0.0; npix], vec![0.0; npix]);

@@ -17,7 +17,7 @@
 //! See [`ratios_into`].
 
 use super::density::Density;
-use super::mesh::{MAX_PANELS, Panels, Sight};
+use super::mesh::{MAX_PANELS, Panels, Sight, Turn};
 use super::panel::{Depolarisation, Nodes, fill, polarise};
 use super::spiral::Spiral;
 use crate::Error;
@@ -89,17 +89,17 @@ pub(crate) fn nodes_in(scratch: &mut [f64]) -> &mut [Nodes] {
     nodes
 }
 
-/// Fills the nodes of one layer, for every pitch angle or graded for one (see [`Sight::panels`]); returns those filled and ∫ n dr in their weights.
+/// Fills the nodes of one layer, for every pitch angle or graded for one (see [`Turn`]); returns those filled and ∫ n dr in their weights.
 #[inline(always)]
 pub(crate) fn layer_nodes<'a, L: Lanes>(
     token: L::Token,
     sight: &Sight,
     [near, far]: [f64; 2],
-    tangent: Option<f64>,
+    turn: Turn,
     panels: &mut Panels,
     nodes: &'a mut [Nodes],
 ) -> (&'a [Nodes], f64) {
-    let top = sight.panels(near, far, tangent, panels);
+    let top = sight.panels(near, far, turn, panels);
     let mut intensity = L::splat(token, 0.0);
     let mut used = 0;
     for &panel in panels.as_slice() {
@@ -122,7 +122,7 @@ pub fn check_edges(edges_kpc: &[f64]) -> Result<(), Error> {
     Error::check_scratch("edges_kpc", 2, edges_kpc.len())?;
     let mut before = -1.0;
     for &edge in edges_kpc {
-        let good = edge > before && edge >= 0.0 && edge <= 1e6;
+        let good = edge > before && (0.0..=1e6).contains(&edge);
         Error::check_domain("edges_kpc (increasing from 0 or above)", edge, good)?;
         before = edge;
     }
@@ -200,7 +200,7 @@ fn ratios<L: Lanes>(
     let mut panels = Panels::new();
     for (pixel, &direction) in directions.iter().enumerate() {
         let sight = model.sight(direction);
-        let tangent = law.is_sharp(&sight).then_some(model.spiral.pitch_rad);
+        let turn = law.turn(&sight, model.spiral.pitch_rad);
         for ((edges, q), u) in edges_kpc.windows(2).zip(&mut *q).zip(&mut *u) {
             let (Some(q), Some(u), &[near, far]) = (q.get_mut(pixel), u.get_mut(pixel), edges)
             else {
@@ -210,8 +210,7 @@ fn ratios<L: Lanes>(
                 (*q, *u) = (f64::NAN, f64::NAN);
                 continue;
             }
-            let (nodes, i) =
-                layer_nodes::<L>(token, &sight, [near, far], tangent, &mut panels, nodes);
+            let (nodes, i) = layer_nodes::<L>(token, &sight, [near, far], turn, &mut panels, nodes);
             let (q_sum, u_sum) = polarise::<L>(token, nodes, [sin_q, cos_q], &sight, law);
             *q = p0 * (q_sum.reduce_sum() / i);
             *u = p0 * (2.0 * sight.signed_sin_b * u_sum.reduce_sum() / i);

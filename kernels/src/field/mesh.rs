@@ -19,32 +19,40 @@
 //!    pieces shorter than [`STEP`].
 //! 4. *Poles of sech² at x = ±iπ/2.* The same with x = (π/2) sinh t.
 //! 5. *The line of sight runs along the field* (sin α = |cos(q + χ)| at b = 0): |cos|³ has a kink, smoothed over a
-//!    width |b| in χ. It may be anywhere, so the pieces are short in χ: at most [`turn_limit`].
+//!    width |b| in χ. It may be anywhere, so the pieces are short in χ ([`Turn::Every`]).
 //! 6. *The same with sin^k α, k < 3*, near the plane: too sharp for rule 5. The panels then follow the pitch angle, and
-//!    are graded towards the tangent point χ_t: equal pieces of asinh((χ − χ_t)/η), η = tan |b|.
+//!    are graded towards the tangent point χ_t ([`Turn::Graded`]): equal pieces of asinh((χ − χ_t)/η), η = tan |b|.
+//! 7. *exp(−R/h_R) over many h_R* grows off the real axis, towards its branch points: a panel holds at most [`FALL`] of
+//!    it. A fall with height does no such harm: e^−2x is entire, and 16 nodes integrate 25 of it.
 
 use crate::scalar::{abs, asinh, atan2, exp, floor, ln, sin_cos, sinh, sqrt};
 use core::f64::consts::{FRAC_PI_2, PI};
 
 /// Density below e^−DROP of the largest on the segment is left out.
-const DROP: f64 = 30.0;
+const DROP: f64 = 25.0;
 /// Longest panel in units of asinh(distance/distance of the branch point).
-const STEP: f64 = 2.0;
+const STEP: f64 = 1.75;
 /// More panels than a segment can have: four between its cuts, and each rule adds no more than its whole range over
-/// its step, 22 for rule 3 (where |p| counts as at least 1e-9 of the segment), 12 for rule 4 (scale heights down to
-/// 1e-9 kpc), 20 for rules 5 or 6.
-pub(crate) const MAX_PANELS: usize = 64;
+/// its step, 25 for rule 3 (where |p| counts as at least 1e-9 of the segment), 14 for rule 4 (scale heights down to
+/// 1e-9 kpc), 26 for rules 5 or 6, 8 for rule 7.
+pub(crate) const MAX_PANELS: usize = 88;
 /// e^STEP.
-const STEP_RATIO: f64 = 7.389_056_098_930_65;
+const STEP_RATIO: f64 = 5.754_602_676_005_731;
 
+/// The most by which exp(−R/h_R) falls over a panel, in its logarithm.
+const FALL: f64 = 8.0;
 /// Longest panel of rule 6.
 const GRADE_STEP: f64 = 1.5;
 /// Rule 6 resolves nothing finer in χ.
-const FINEST: f64 = 1e-5;
+const FINEST: f64 = 1e-7;
 
-/// The largest turn of χ over one panel: the error of |cos|³ over a panel of turn Δ is 2e-6 Δ³ at b = 0.
-fn turn_limit(sin_b: f64) -> f64 {
-    0.25 + 3.0 * sin_b
+/// How panels answer the orientation turning along the line of sight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Turn {
+    /// Rule 5, serving every pitch angle: χ turns by no more than this over a panel.
+    Every(f64),
+    /// Rule 6, for this pitch angle alone.
+    Graded(f64),
 }
 
 /// The number of pieces for a ratio of lengths, never beyond what any line of sight needs.
@@ -87,8 +95,8 @@ pub(crate) struct Panel {
 pub(crate) struct Panels {
     list: [Panel; MAX_PANELS],
     count: usize,
-    /// Where in χ (0 … π) the line of sight runs along the field, if panels are to be graded towards it.
-    tangent: Option<f64>,
+    /// The pitch angle replaced by where in χ (0 … π) the line of sight runs along the field.
+    turn: Turn,
 }
 
 impl Panels {
@@ -102,7 +110,7 @@ impl Panels {
         Self {
             list: [none; MAX_PANELS],
             count: 0,
-            tangent: None,
+            turn: Turn::Every(PI),
         }
     }
 
@@ -126,7 +134,8 @@ impl Panels {
 }
 
 impl Sight {
-    /// The sight towards a vector (any length) from the Sun; at the poles l = 0. A zero vector looks to l = b = 0.
+    /// The sight towards a vector (any length) from the Sun; at the poles l = 0. A zero vector looks to l = b = 0;
+    /// one that is not finite gives a sight that is not.
     pub(crate) fn new([x, y, z]: [f64; 3], r_sun: f64, h_r: f64, h_z: f64, hole: f64) -> Self {
         let across = crate::scalar::hypot(x, y);
         let length = crate::scalar::hypot(across, z);
@@ -135,10 +144,12 @@ impl Sight {
         } else {
             (1.0, 0.0)
         };
-        let (cos_b, signed_sin_b) = if length > 0.0 {
+        let (cos_b, signed_sin_b) = if length > 0.0 && length < f64::INFINITY {
             (across / length, z / length)
-        } else {
+        } else if [x, y, z] == [0.0; 3] {
             (1.0, 0.0)
+        } else {
+            (f64::NAN, f64::NAN)
         };
         let sin_b = abs(signed_sin_b);
         Self {
@@ -240,20 +251,20 @@ impl Sight {
     /// Lists the panels of the segment a < r < b.
     ///
     /// Returns the stand-in's largest ln n on the segment, the reference of the weights.
-    ///
-    /// With `tangent` = sin q, cos q the panels are graded towards where the line of sight runs along the field of that
-    /// pitch angle, which integrates sin^k α for any k ≥ 0; without, they serve every pitch angle.
-    pub(crate) fn panels(&self, a: f64, b: f64, tangent: Option<f64>, out: &mut Panels) -> f64 {
+    pub(crate) fn panels(&self, a: f64, b: f64, turn: Turn, out: &mut Panels) -> f64 {
         out.count = 0;
-        out.tangent = tangent.map(|pitch| {
-            // φ = q + χ = π/2 mod π, with χ counted from the line of sight towards e_R, 0 … π for either sign of p.
-            let turned = if self.impact < 0.0 {
-                pitch - FRAC_PI_2
-            } else {
-                FRAC_PI_2 - pitch
-            };
-            turned - PI * floor(turned / PI)
-        });
+        out.turn = match turn {
+            Turn::Every(_) => turn,
+            Turn::Graded(pitch) => {
+                // φ = q + χ = π/2 mod π, with χ counted from the line of sight towards e_R for either sign of p.
+                let turned = if self.impact < 0.0 {
+                    pitch - FRAC_PI_2
+                } else {
+                    FRAC_PI_2 - pitch
+                };
+                Turn::Graded(turned - PI * floor(turned / PI))
+            }
+        };
         let (start, peak, end, top) = self.support(a, b);
         // Cuts in increasing order: the hole's edges and the peak.
         let mut cuts = [end; 4];
@@ -352,26 +363,46 @@ impl Sight {
     fn cut_turn(&self, a: f64, b: f64, dark: bool, out: &mut Panels) {
         let (s_a, s_b) = (self.s(a), self.s(b));
         let p = abs(self.impact);
-        let limit = turn_limit(self.sin_b);
         let (cross, dot) = (p * (s_b - s_a), s_a * s_b + p * p);
         let mut from = a;
-        if let Some(tangent) = out.tangent
-            && !dark
-            && cross > 0.0
-        {
-            from = self.grade(a, b, tangent, out);
-        // The turn is below its tangent, and mostly far below the limit: no arc tangent then.
-        } else if !dark && !(cross <= 0.5 * limit * dot) {
-            let turn = atan2(cross, dot);
-            let mut left = pieces(turn / limit);
-            let (sin, cos) = sin_cos(turn / left);
-            let (mut ex, mut ey) = (s_a, p);
+        match out.turn {
+            Turn::Graded(tangent) if !dark && cross > 0.0 => from = self.grade(a, b, tangent, out),
+            // The turn is below its tangent, and mostly far below the limit: no arc tangent then.
+            Turn::Every(limit) if !dark && !(cross <= 0.5 * limit * dot) => {
+                let turn = atan2(cross, dot);
+                let mut left = pieces(turn / limit);
+                let (sin, cos) = sin_cos(turn / left);
+                let (mut ex, mut ey) = (s_a, p);
+                while left > 1.0 {
+                    (ex, ey) = (ex * cos + ey * sin, ey * cos - ex * sin);
+                    let to = (p * (ex / ey) + self.ahead) / self.cos_b;
+                    let to = to.max(from).min(b);
+                    self.cut_fall(from, to, dark, out);
+                    from = to;
+                    left -= 1.0;
+                }
+            }
+            Turn::Every(_) | Turn::Graded(_) => {}
+        }
+        self.cut_fall(from, b, dark, out);
+    }
+
+    /// Rule 7: equal pieces, exp(−R/h_R) falling by no more than [`FALL`] in each.
+    #[inline]
+    fn cut_fall(&self, a: f64, b: f64, dark: bool, out: &mut Panels) {
+        let p2 = self.impact * self.impact;
+        let radius = |r: f64| {
+            let s = self.s(r);
+            sqrt(s * s + p2)
+        };
+        let fall = abs(radius(b) - radius(a)) * self.inv_h_r;
+        let mut from = a;
+        if fall > FALL {
+            let mut left = pieces(fall / FALL);
+            let step = (b - a) / left;
             while left > 1.0 {
-                (ex, ey) = (ex * cos + ey * sin, ey * cos - ex * sin);
-                let to = (p * (ex / ey) + self.ahead) / self.cos_b;
-                let to = to.max(from).min(b);
-                out.push(from, to, dark);
-                from = to;
+                out.push(from, from + step, dark);
+                from += step;
                 left -= 1.0;
             }
         }
@@ -409,7 +440,7 @@ impl Sight {
                     return from;
                 }
                 let to = at(centre + eta * sinh(t)).max(from);
-                out.push(from, to, false);
+                self.cut_fall(from, to, false, out);
                 from = to;
             }
         }

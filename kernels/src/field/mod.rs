@@ -21,5 +21,5 @@ pub use density::Density;
 pub use line_of_sight::{Grains, Model};
 pub use spiral::Spiral;
 
-pub(crate) use mesh::Panels;
+pub(crate) use mesh::{Panels, Turn};
 pub(crate) use panel::{Depolarisation, polarise};

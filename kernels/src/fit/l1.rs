@@ -10,7 +10,7 @@
 use crate::Error;
 use crate::dispatch;
 use crate::field::line_of_sight::{self, check_edges, layer_nodes, nodes_in, ratios_scratch_len};
-use crate::field::{Depolarisation, Model, Panels, polarise};
+use crate::field::{Depolarisation, Model, Panels, Turn, polarise};
 use crate::scalar::{abs, sin_cos};
 use crate::simd::{Lanes, Level};
 
@@ -128,16 +128,18 @@ fn scan<L: Lanes>(
                 continue;
             }
             // Nodes for all pitch angles at once, or for one after the other.
-            let sharp = law.is_sharp(&sight);
-            let group = if sharp { 1 } else { n_q.max(1) };
+            let group = match law.turn(&sight, 0.0) {
+                Turn::Every(_) => n_q.max(1),
+                Turn::Graded(_) => 1,
+            };
             let groups = totals
                 .chunks_mut(group)
                 .zip(pitches.chunks(group))
                 .zip(pitch_rad);
             for ((totals, pitches), &pitch) in groups {
-                let tangent = sharp.then_some(pitch);
+                let turn = law.turn(&sight, pitch);
                 let (nodes, i_m) =
-                    layer_nodes::<L>(token, &sight, [near, far], tangent, &mut panels, nodes);
+                    layer_nodes::<L>(token, &sight, [near, far], turn, &mut panels, nodes);
                 let scale = L::splat(token, p0 * i / i_m);
                 for ([q_total, u_total], &pitch) in totals.iter_mut().zip(pitches) {
                     let (q, u) = polarise::<L>(token, nodes, pitch, &sight, law);

@@ -42,8 +42,8 @@
 //! \[MKD18\] fit Planck's frequencies so; weights relative to the data and the elimination of τ (variable projection, Golub
 //! & Pereyra, SIAM J. Numer. Anal. 10, 413, 1973) are ours.
 
-use crate::planck::spectrum::{check_frequency, x_kelvin};
-use crate::simd::math::{exp, ln, one_minus_exp_neg};
+use crate::planck::spectrum::{check_frequency, decay, x_kelvin};
+use crate::simd::math::{exp2, ln, one_minus_exp2};
 use crate::simd::{Lanes, Level, Mask};
 use crate::units::{NU_100UM_GHZ, NU0_GHZ, TWO_H_OVER_C2};
 use crate::{Error, dispatch, scalar};
@@ -146,8 +146,12 @@ pub struct MbbFit {
     sigma: [f64; MAX_FREQUENCIES],
     /// hν/k, K.
     x_kelvin: [f64; MAX_FREQUENCIES],
+    /// −hν/k log₂ e, K.
+    decay: [f64; MAX_FREQUENCIES],
     /// ln(ν/ν₀).
     ln_ratio: [f64; MAX_FREQUENCIES],
+    /// log₂(ν/ν₀).
+    log2_ratio: [f64; MAX_FREQUENCIES],
     /// 1/σ.
     weight: [f64; MAX_FREQUENCIES],
     /// (ν/ν_first)³/σ.
@@ -187,7 +191,9 @@ impl MbbFit {
             nu_ghz: [0.0; MAX_FREQUENCIES],
             sigma: [0.0; MAX_FREQUENCIES],
             x_kelvin: [0.0; MAX_FREQUENCIES],
+            decay: [0.0; MAX_FREQUENCIES],
             ln_ratio: [0.0; MAX_FREQUENCIES],
+            log2_ratio: [0.0; MAX_FREQUENCIES],
             weight: [0.0; MAX_FREQUENCIES],
             front: [0.0; MAX_FREQUENCIES],
             tau_scale: 0.0,
@@ -238,7 +244,9 @@ impl MbbFit {
                 (&mut fit.nu_ghz, nu),
                 (&mut fit.sigma, s),
                 (&mut fit.x_kelvin, x_kelvin(nu).0),
+                (&mut fit.decay, decay(nu)),
                 (&mut fit.ln_ratio, scalar::ln(nu / NU0_GHZ)),
+                (&mut fit.log2_ratio, scalar::log2(nu / NU0_GHZ)),
                 (&mut fit.weight, 1.0 / s),
                 (&mut fit.front, r * r * r / s),
             ] {
@@ -524,9 +532,10 @@ impl<L: Lanes> Local<L> {
         let (mut uu, mut uw) = (zero, zero);
         for i in 0..n {
             let x = c(fit.x_kelvin[i]) * y;
-            let d = one_minus_exp_neg(token, x);
+            let d = one_minus_exp2(token, c(fit.decay[i]), y);
             let inverse = one / d;
-            let e = exp(token, beta.mul_sub(c(fit.ln_ratio[i]), x));
+            let falling = c(fit.decay[i]) * y;
+            let e = exp2(token, beta.mul_add(c(fit.log2_ratio[i]), falling));
             u[i] = front[i] * e * inverse;
             uu = u[i].mul_add(u[i], uu);
             uw = u[i].mul_add(c(fit.weight[i]), uw);

@@ -8,7 +8,7 @@
 
 use super::layout::{self, ring_above};
 use super::location::{check_phi, check_theta};
-use super::{Location, Nside, faces, order};
+use super::{Location, Nside, faces, order, vector};
 use crate::simd::Level;
 use crate::{Error, scalar};
 use core::f64::consts::PI;
@@ -214,6 +214,17 @@ pub fn nested(nside: Nside, theta: f64, phi: f64) -> Result<Stencil, Error> {
     Ok(to_nested(nside, order, checked(nside, theta, phi)?))
 }
 
+/// The stencil of checked angles, in either order.
+#[inline]
+pub(super) fn stencil_of_angles(nside: Nside, nested: bool, theta: f64, phi: f64) -> Stencil {
+    let location = Location::from_valid_ang(theta, phi);
+    let stencil = stencil_at(nside, location, theta.min(PI));
+    match nside.order() {
+        Some(order) if nested => to_nested(nside, order, stencil),
+        _ => stencil,
+    }
+}
+
 /// [`ring`] of every element: four slices of pixels and four of weights.
 ///
 /// # Errors
@@ -226,7 +237,7 @@ pub fn ring_into(
     pixels: [&mut [u64]; 4],
     weights: [&mut [f64]; 4],
 ) -> Result<(), Error> {
-    fill(level, nside, theta, phi, pixels, weights, |s| s)
+    fill(level, nside, theta, phi, pixels, weights, false)
 }
 
 /// [`nested`] of every element: four slices of pixels and four of weights.
@@ -241,20 +252,18 @@ pub fn nested_into(
     pixels: [&mut [u64]; 4],
     weights: [&mut [f64]; 4],
 ) -> Result<(), Error> {
-    let order = nside.nested_order()?;
-    fill(level, nside, theta, phi, pixels, weights, |s| {
-        to_nested(nside, order, s)
-    })
+    nside.nested_order()?;
+    fill(level, nside, theta, phi, pixels, weights, true)
 }
 
 fn fill(
-    _level: Level,
+    level: Level,
     nside: Nside,
     theta: &[f64],
     phi: &[f64],
-    pixels: [&mut [u64]; 4],
-    weights: [&mut [f64]; 4],
-    finish: impl Fn(Stencil) -> Stencil,
+    mut pixels: [&mut [u64]; 4],
+    mut weights: [&mut [f64]; 4],
+    nested: bool,
 ) -> Result<(), Error> {
     Error::check_len("phi", theta.len(), phi.len())?;
     for plane in &pixels {
@@ -262,6 +271,14 @@ fn fill(
     }
     for plane in &weights {
         Error::check_len("weights", theta.len(), plane.len())?;
+    }
+    if vector::fits(nside) {
+        // Planes of borrowed slices, lent on.
+        let pixels = pixels.each_mut().map(|plane| &mut **plane);
+        let weights = weights.each_mut().map(|plane| &mut **plane);
+        if vector::stencils(level, nside, theta, phi, pixels, weights, nested) {
+            return Ok(());
+        }
     }
     for (&theta, &phi) in theta.iter().zip(phi) {
         check_theta(theta)?;
@@ -275,8 +292,7 @@ fn fill(
     for (((&theta, &phi), (((p0, p1), p2), p3)), (((w0, w1), w2), w3)) in
         points.zip(pixels).zip(weights)
     {
-        let location = Location::from_valid_ang(theta, phi);
-        let stencil = finish(stencil_at(nside, location, theta.min(PI)));
+        let stencil = stencil_of_angles(nside, nested, theta, phi);
         [*p0, *p1, *p2, *p3] = stencil.pixels;
         [*w0, *w1, *w2, *w3] = stencil.weights;
     }

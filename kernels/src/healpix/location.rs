@@ -16,7 +16,7 @@ pub struct Location {
 }
 
 /// How far θ may pass π by rounding in the caller's arithmetic: 1e-5, as healpy allows.
-const THETA_MAX: f64 = core::f64::consts::PI + 1e-5;
+pub(super) const THETA_MAX: f64 = core::f64::consts::PI + 1e-5;
 
 impl Location {
     /// From colatitude and longitude, rad.
@@ -101,7 +101,7 @@ impl Location {
 }
 
 /// 2⁹⁰⁰ brings 1e-308 … 1e-140 to 1e-38 … 1e131.
-const SCALE_UP: f64 = f64::from_bits((1023 + 900) << 52);
+pub(super) const SCALE_UP: f64 = f64::from_bits((1023 + 900) << 52);
 
 #[inline]
 pub(super) fn check_theta(theta: f64) -> Result<(), Error> {

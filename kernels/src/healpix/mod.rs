@@ -36,6 +36,7 @@ mod order;
 mod points;
 pub mod resample;
 pub mod ring;
+mod vector;
 
 pub use faces::NO_PIXEL;
 pub use location::Location;

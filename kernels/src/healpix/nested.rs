@@ -4,7 +4,7 @@
 
 use super::faces::FacePixel;
 use super::points::{self, Order};
-use super::{Location, Nside, neighbours as around, ring};
+use super::{Location, Nside, neighbours as around, ring, vector};
 use crate::Error;
 use crate::simd::Level;
 
@@ -27,6 +27,8 @@ impl Nested {
 }
 
 impl Order for Nested {
+    const NESTED: bool = true;
+
     #[inline]
     fn location(self, nside: Nside, pixel: u64) -> Location {
         ring::location_valid(
@@ -44,6 +46,16 @@ impl Order for Nested {
     fn neighbours(self, nside: Nside, pixel: u64) -> [u64; 8] {
         let at = FacePixel::from_nested(self.order, pixel);
         around::of(nside, at, |p| p.to_nested(self.order))
+    }
+
+    fn neighbours_by_vectors(
+        self,
+        level: Level,
+        nside: Nside,
+        pixels: &[u64],
+        out: [&mut [u64]; 8],
+    ) -> bool {
+        vector::nested_neighbours(level, nside, self, pixels, out)
     }
 }
 

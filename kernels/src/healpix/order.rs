@@ -3,7 +3,7 @@
 //! Through (face, x, y): RING → NESTED is a square root at most (to find the ring in a cap), NESTED → RING none.
 
 use super::faces::FacePixel;
-use super::{Nside, layout};
+use super::{Nside, layout, vector};
 use crate::Error;
 use crate::simd::Level;
 
@@ -57,9 +57,11 @@ pub fn ring2nest_into(
     ring: &[u64],
     nested: &mut [u64],
 ) -> Result<(), Error> {
-    let _ = level;
     let order = nside.nested_order()?;
     Error::check_len("nested", ring.len(), nested.len())?;
+    if vector::fits(nside) && vector::ring2nest(level, nside, ring, nested) {
+        return Ok(());
+    }
     nside.check_pixels(ring)?;
     for (&pixel, out) in ring.iter().zip(nested) {
         *out = ring2nest_valid(nside, order, pixel);
@@ -77,9 +79,11 @@ pub fn nest2ring_into(
     nested: &[u64],
     ring: &mut [u64],
 ) -> Result<(), Error> {
-    let _ = level;
     let order = nside.nested_order()?;
     Error::check_len("ring", nested.len(), ring.len())?;
+    if vector::fits(nside) && vector::nest2ring(level, nside, nested, ring) {
+        return Ok(());
+    }
     nside.check_pixels(nested)?;
     for (&pixel, out) in nested.iter().zip(ring) {
         *out = nest2ring_valid(nside, order, pixel);

@@ -3,7 +3,7 @@
 use super::faces::{Edges, FacePixel};
 use super::layout::{self, RingPixel};
 use super::points::{self, Order};
-use super::{Location, Nside, neighbours as around};
+use super::{Location, Nside, neighbours as around, vector};
 use crate::Error;
 use crate::simd::Level;
 
@@ -12,6 +12,8 @@ use crate::simd::Level;
 pub(super) struct Ringwise;
 
 impl Order for Ringwise {
+    const NESTED: bool = false;
+
     #[inline]
     fn location(self, nside: Nside, pixel: u64) -> Location {
         location_valid(nside, layout::locate_valid(nside, pixel))
@@ -26,6 +28,16 @@ impl Order for Ringwise {
     fn neighbours(self, nside: Nside, pixel: u64) -> [u64; 8] {
         let at = FacePixel::from_ring(nside, layout::locate_valid(nside, pixel));
         around::of(nside, at, |p| layout::pixel_number(nside, p.to_ring(nside)))
+    }
+
+    fn neighbours_by_vectors(
+        self,
+        level: Level,
+        nside: Nside,
+        pixels: &[u64],
+        out: [&mut [u64]; 8],
+    ) -> bool {
+        vector::fits(nside) && vector::ring_neighbours(level, nside, pixels, out)
     }
 }
 

@@ -6,7 +6,7 @@
 //! With x = hν/kT,
 //!
 //! ```text
-//! s_ν = exp((3 + β) ln(ν/ν₀) + (x₀ − x)) · (1 − e^−x₀) / (1 − e^−x)
+//! s_ν = 2^((3 + β) log₂(ν/ν₀) + (x₀ − x) log₂ e) · (1 − e^−x₀) / (1 − e^−x)
 //!
 //! for each eight pixels:
 //!     1/T, 1 − e^−x₀                       once: shared by all frequencies
@@ -17,6 +17,8 @@
 //!
 //! * Numerators and denominators are between 0 and 1 and the exponent is a difference, so nothing overflows before s does
 //!   and nothing vanishes that should not; 1 − e^−x keeps its digits for small x.
+//! * Powers of two and not of e: log₂ e goes into the constants of a frequency, and the reduction of the argument is
+//!   exact without further care.
 //! * The emission law is the same for I, Q and U: evaluated once for the three.
 //! * The sum over a band is taken on s, in registers: the templates are read once however many frequencies there are.
 //! * At ν = ν₀ the exponent is 0 and the quotient 1 exactly, so a weight of 1 adds the template bit for bit.
@@ -31,11 +33,12 @@
 //! # Missing values
 //! A NaN in a template, T or β, and T that is not positive, give NaN in the maps they enter, at ν₀ too.
 
-use super::spectrum::{check_frequency, x_difference, x_kelvin};
-use crate::simd::math::{exp, one_minus_exp_neg};
+use super::spectrum::{check_frequency, decay, x_difference, x_kelvin};
+use crate::simd::math::{exp2, one_minus_exp2};
 use crate::simd::{Lanes, Level};
 use crate::units::TWO_H_OVER_C2;
 use crate::{Error, dispatch, scalar};
+use core::ops::Range;
 
 mod sealed {
     /// Only f32 and f64 are storage.
@@ -46,32 +49,42 @@ mod sealed {
 
 /// How template and parameter maps are stored: f32 or f64. Arithmetic is f64 throughout.
 pub trait Sample: sealed::Sealed + Copy {
-    /// Eight values from index `start`; beyond the end of the slice they are 1.
+    /// Eight values.
     #[doc(hidden)]
-    fn load_at<L: Lanes>(token: L::Token, from: &[Self], start: usize) -> L;
+    fn load<L: Lanes>(token: L::Token, from: &[Self; 8]) -> L;
+    /// Up to eight values; beyond the end of the slice they are 1.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn load_padded<L: Lanes>(token: L::Token, from: &[Self]) -> L {
+        match from.first_chunk::<8>() {
+            Some(chunk) => Self::load(token, chunk),
+            None => {
+                let mut a = [Self::ONE; 8];
+                for (a, &x) in a.iter_mut().zip(from) {
+                    *a = x;
+                }
+                Self::load(token, &a)
+            }
+        }
+    }
+    /// 1.
+    #[doc(hidden)]
+    const ONE: Self;
 }
 
 impl Sample for f64 {
+    const ONE: Self = 1.0;
     #[inline(always)]
-    fn load_at<L: Lanes>(token: L::Token, from: &[Self], start: usize) -> L {
-        L::load_padded(token, from.get(start..).unwrap_or(&[]), 1.0)
+    fn load<L: Lanes>(token: L::Token, from: &[Self; 8]) -> L {
+        L::load(token, from)
     }
 }
 
 impl Sample for f32 {
+    const ONE: Self = 1.0;
     #[inline(always)]
-    fn load_at<L: Lanes>(token: L::Token, from: &[Self], start: usize) -> L {
-        let from = from.get(start..).unwrap_or(&[]);
-        match from.first_chunk::<8>() {
-            Some(chunk) => L::load_f32(token, chunk),
-            None => {
-                let mut a = [1.0; 8];
-                for (a, &x) in a.iter_mut().zip(from) {
-                    *a = x;
-                }
-                L::load_f32(token, &a)
-            }
-        }
+    fn load<L: Lanes>(token: L::Token, from: &[Self; 8]) -> L {
+        L::load_f32(token, from)
     }
 }
 
@@ -81,12 +94,12 @@ pub struct MbbNode {
     nu_ghz: f64,
     nu0_ghz: f64,
     weight: f64,
-    /// ln(ν/ν₀).
-    ln_ratio: f64,
-    /// hν/k, K.
-    x_kelvin: f64,
-    /// h(ν₀ − ν)/k, K.
-    x_difference: f64,
+    /// log₂(ν/ν₀).
+    log2_ratio: f64,
+    /// −hν/k log₂ e, K.
+    decay: f64,
+    /// h(ν₀ − ν)/k log₂ e, K.
+    decay_difference: f64,
 }
 
 impl MbbNode {
@@ -103,9 +116,9 @@ impl MbbNode {
             nu_ghz,
             nu0_ghz,
             weight,
-            ln_ratio: scalar::ln(nu_ghz / nu0_ghz),
-            x_kelvin: x_kelvin(nu_ghz).0,
-            x_difference: difference + rest,
+            log2_ratio: scalar::log2(nu_ghz / nu0_ghz),
+            decay: decay(nu_ghz),
+            decay_difference: (difference + rest) * core::f64::consts::LOG2_E,
         })
     }
 
@@ -133,61 +146,102 @@ impl MbbNode {
         if t_kelvin.is_nan() || t_kelvin <= 0.0 {
             return f64::NAN;
         }
-        let x = self.x_kelvin / t_kelvin;
+        let x = x_kelvin(self.nu_ghz).0 / t_kelvin;
         let x0 = x_kelvin(self.nu0_ghz).0 / t_kelvin;
-        let exponent = (beta + 3.0) * self.ln_ratio + self.x_difference / t_kelvin;
-        scalar::exp(exponent) * (scalar::expm1(-x0) / scalar::expm1(-x))
+        let exponent = (beta + 3.0) * self.log2_ratio + self.decay_difference / t_kelvin;
+        scalar::exp2(exponent) * (scalar::expm1(-x0) / scalar::expm1(-x))
     }
 }
 
-/// What the frequencies share at eight pixels.
-#[derive(Clone, Copy)]
-struct Pixels<L> {
+/// Vectors worked on together: their chains of operations are independent, the constants of a frequency are loaded once
+/// for all, and what is kept of them stays in the nearest cache.
+const BLOCK: usize = 4;
+
+/// What the frequencies share at up to 8 · [`BLOCK`] pixels.
+struct Block<L> {
+    /// Vectors in use.
+    used: usize,
     /// 1/T, NaN where T is not positive.
-    inverse_t: L,
+    inverse_t: [L; BLOCK],
     /// 3 + β.
-    slope: L,
+    slope: [L; BLOCK],
     /// 1 − e^−x₀.
-    d0: L,
+    d0: [L; BLOCK],
 }
 
-impl<L: Lanes> Pixels<L> {
+impl<L: Lanes> Block<L> {
     #[inline(always)]
-    fn new(token: L::Token, x0_kelvin: f64, t: L, beta: L) -> Self {
+    fn new<E: Sample>(token: L::Token, decay0: f64, t: &[E], beta: &[E]) -> Self {
         let c = |v: f64| L::splat(token, v);
-        let inverse_t = L::select(t.gt(c(0.0)), c(1.0) / t, c(f64::NAN));
-        Self {
-            inverse_t,
-            slope: beta + c(3.0),
-            d0: one_minus_exp_neg(token, c(x0_kelvin) * inverse_t),
+        let mut block = Self {
+            used: t.len().div_ceil(8).min(BLOCK),
+            inverse_t: [c(0.0); BLOCK],
+            slope: [c(0.0); BLOCK],
+            d0: [c(0.0); BLOCK],
+        };
+        for ((((inverse_t, slope), d0), t), beta) in block
+            .inverse_t
+            .iter_mut()
+            .zip(&mut block.slope)
+            .zip(&mut block.d0)
+            .zip(t.chunks(8))
+            .zip(beta.chunks(8))
+        {
+            let t = E::load_padded::<L>(token, t);
+            *inverse_t = L::select(t.gt(c(0.0)), c(1.0) / t, c(f64::NAN));
+            *slope = E::load_padded::<L>(token, beta) + c(3.0);
+            *d0 = one_minus_exp2(token, c(decay0), *inverse_t);
+        }
+        block
+    }
+
+    /// Σ_k a_k s_k of the vectors in use.
+    #[inline(always)]
+    fn band(&self, token: L::Token, band: &[MbbNode], sums: &mut [L; BLOCK]) {
+        if let Some((first, others)) = band.split_first() {
+            // The first is no addition to zero: at ν₀ with weight 1 the sum is 1.
+            self.node(
+                token,
+                first,
+                sums,
+                #[inline(always)]
+                |s, weight, _| s * weight,
+            );
+            for node in others {
+                self.node(
+                    token,
+                    node,
+                    sums,
+                    #[inline(always)]
+                    |s, weight, sum| s.mul_add(weight, sum),
+                );
+            }
         }
     }
 
-    /// s_ν.
+    /// Puts the s of one frequency into the sums.
     #[inline(always)]
-    fn scaling(&self, token: L::Token, node: &MbbNode) -> L {
+    fn node(
+        &self,
+        token: L::Token,
+        node: &MbbNode,
+        sums: &mut [L; BLOCK],
+        join: impl Fn(L, L, L) -> L,
+    ) {
         let c = |v: f64| L::splat(token, v);
-        let difference = c(node.x_difference) * self.inverse_t;
-        let exponent = self.slope.mul_add(c(node.ln_ratio), difference);
-        let d = one_minus_exp_neg(token, c(node.x_kelvin) * self.inverse_t);
-        exp(token, exponent) * (self.d0 / d)
-    }
-
-    /// Σ_k a_k s_k.
-    #[inline(always)]
-    fn band(&self, token: L::Token, band: &[MbbNode]) -> L {
-        match band {
-            // No addition of zero: at ν₀ with weight 1 this is 1.
-            [node] => self.scaling(token, node) * L::splat(token, node.weight),
-            nodes => {
-                let mut sum = L::splat(token, 0.0);
-                for node in nodes {
-                    sum = self
-                        .scaling(token, node)
-                        .mul_add(L::splat(token, node.weight), sum);
-                }
-                sum
-            }
+        let (log2_ratio, decay) = (c(node.log2_ratio), c(node.decay));
+        let (difference, weight) = (c(node.decay_difference), c(node.weight));
+        for (((sum, inverse_t), slope), d0) in sums
+            .iter_mut()
+            .zip(&self.inverse_t)
+            .zip(&self.slope)
+            .zip(&self.d0)
+            .take(self.used)
+        {
+            let exponent = slope.mul_add(log2_ratio, difference * *inverse_t);
+            let d = one_minus_exp2(token, decay, *inverse_t);
+            let s = exp2(token, exponent) * (*d0 / d);
+            *sum = join(s, weight, *sum);
         }
     }
 }
@@ -198,7 +252,7 @@ impl<L: Lanes> Pixels<L> {
 ///
 /// | argument | shape | unit | domain |
 /// | --- | --- | --- | --- |
-/// | `bands` | n_band lists of [`MbbNode`], all of one ν₀ | | an empty list adds nothing but NaN |
+/// | `bands` | n_band lists of [`MbbNode`], all of one ν₀ | | an empty list adds nothing |
 /// | `templates` | S × n_pix, f32 or f64 | MJy/sr | NaN = missing |
 /// | `t`, `beta` | n_pix, f32 or f64 | K, 1 | T > 0; else NaN in every map |
 /// | `out` | n_band × S maps of n_pix, those of a band together | unit of the weights | accumulated, not cleared |
@@ -240,9 +294,9 @@ pub fn mbb_add_stokes<E: Sample, const S: usize>(
     let Some(nu0_ghz) = common_reference(bands)? else {
         return Ok(());
     };
-    let x0_kelvin = x_kelvin(nu0_ghz).0;
+    let decay0 = decay(nu0_ghz);
     dispatch!(level, |token: L| add_stokes::<L, E, S>(
-        token, bands, x0_kelvin, templates, t, beta, out
+        token, bands, decay0, templates, t, beta, out
     ));
     Ok(())
 }
@@ -278,35 +332,59 @@ fn common_reference(bands: &[&[MbbNode]]) -> Result<Option<f64>, Error> {
 fn add_stokes<L: Lanes, E: Sample, const S: usize>(
     token: L::Token,
     bands: &[&[MbbNode]],
-    x0_kelvin: f64,
+    decay0: f64,
     templates: [&[E]; S],
     t: &[E],
     beta: &[E],
     out: &mut [&mut [f64]],
 ) {
-    for start in (0..t.len()).step_by(8) {
-        let pixels = Pixels::new(
-            token,
-            x0_kelvin,
-            E::load_at::<L>(token, t, start),
-            E::load_at::<L>(token, beta, start),
-        );
-        let x: [L; S] = core::array::from_fn(
-            #[inline(always)]
-            |s| match templates.get(s) {
-                Some(template) => E::load_at::<L>(token, template, start),
-                None => L::splat(token, f64::NAN),
-            },
-        );
+    let n = t.len();
+    let mut sums = [L::splat(token, 0.0); BLOCK];
+    for start in (0..n).step_by(8 * BLOCK) {
+        let range = start..n.min(start + 8 * BLOCK);
+        let block = Block::<L>::new(token, decay0, part(t, &range), part(beta, &range));
         for (band, maps) in bands.iter().zip(out.chunks_mut(S.max(1))) {
-            let sum = pixels.band(token, band);
-            for (x, map) in x.iter().zip(maps.iter_mut()) {
-                let to = map.get_mut(start..).unwrap_or(&mut []);
-                x.mul_add(sum, L::load_padded(token, to, 0.0))
-                    .store_padded(to);
+            if band.is_empty() {
+                continue;
+            }
+            block.band(token, band, &mut sums);
+            for (template, map) in templates.iter().zip(maps) {
+                let from = part(template, &range);
+                let to = map.get_mut(range.clone()).unwrap_or(&mut []);
+                add_products::<L, E>(token, &sums, from, to);
             }
         }
     }
+}
+
+/// to += from · sums.
+#[inline(always)]
+fn add_products<L: Lanes, E: Sample>(
+    token: L::Token,
+    sums: &[L; BLOCK],
+    from: &[E],
+    to: &mut [f64],
+) {
+    let (from, from_rest) = from.as_chunks::<8>();
+    let (to, to_rest) = to.as_chunks_mut::<8>();
+    for ((from, to), sum) in from.iter().zip(to.iter_mut()).zip(sums) {
+        E::load::<L>(token, from)
+            .mul_add(*sum, L::load(token, to))
+            .store(to);
+    }
+    if let Some(sum) = sums.get(from.len())
+        && !to_rest.is_empty()
+    {
+        E::load_padded::<L>(token, from_rest)
+            .mul_add(*sum, L::load_padded(token, to_rest, 0.0))
+            .store_padded(to_rest);
+    }
+}
+
+/// The pixels `range` of a map; none if it has none of them.
+#[inline(always)]
+fn part<'a, E>(map: &'a [E], range: &Range<usize>) -> &'a [E] {
+    map.get(range.clone()).unwrap_or(&[])
 }
 
 /// I, Q, U of one layer added to maps at any number of frequencies and bands: [`mbb_add_stokes`] for `S = 3`.
@@ -382,7 +460,7 @@ pub fn mbb_add_uniform<E: Sample, const S: usize>(
 fn add_scaled<L: Lanes, E: Sample>(token: L::Token, a: f64, x: &[E], out: &mut [f64]) {
     let a = L::splat(token, a);
     for (x, out) in x.chunks(8).zip(out.chunks_mut(8)) {
-        E::load_at::<L>(token, x, 0)
+        E::load_padded::<L>(token, x)
             .mul_add(a, L::load_padded(token, out, 0.0))
             .store_padded(out);
     }
@@ -456,8 +534,9 @@ fn intensity<L: Lanes>(
             |from| L::load_padded(token, from, 1.0),
         );
         let inverse = L::select(t.gt(c(0.0)), c(1.0) / t, c(f64::NAN));
-        let x = c(node.x_kelvin) * inverse;
-        let e = exp(token, beta.mul_sub(c(node.ln_ratio), x));
-        (tau * front * e / one_minus_exp_neg(token, x)).store_padded(out);
+        let falling = c(node.decay) * inverse;
+        let e = exp2(token, beta.mul_add(c(node.log2_ratio), falling));
+        let d = one_minus_exp2(token, c(node.decay), inverse);
+        (tau * front * e / d).store_padded(out);
     }
 }

@@ -18,7 +18,7 @@
 //! # Domain
 //! 1e-30 ≤ ν ≤ 1e30 GHz, 0 < T < ∞; any other temperature, NaN among them, gives NaN.
 
-use crate::simd::math::{exp_split, exp_sum, one_minus_exp_neg};
+use crate::simd::math::{exp_split, exp_sum, one_minus_exp2};
 use crate::simd::{Lanes, Level};
 use crate::units::{H_OVER_K_GHZ, H_OVER_K_GHZ_LOW, TWO_H_OVER_C2, TWO_K_OVER_C2};
 use crate::{Error, dispatch, scalar};
@@ -46,6 +46,11 @@ pub(crate) fn x_kelvin(nu_ghz: f64) -> (f64, f64) {
     let hi = H_OVER_K_GHZ * nu_ghz;
     let low = scalar::fma(H_OVER_K_GHZ, nu_ghz, -hi) + H_OVER_K_GHZ_LOW * nu_ghz;
     (hi, low)
+}
+
+/// −hν/k log₂ e in K: e^−x = 2^(`decay`/T).
+pub(crate) fn decay(nu_ghz: f64) -> f64 {
+    -x_kelvin(nu_ghz).0 * core::f64::consts::LOG2_E
 }
 
 /// x = hν/kT as a sum of two f64; (∞, 0) where it overflows.
@@ -265,8 +270,7 @@ pub fn planck_ratio_into(
     Error::check_len("out", t.len(), out.len())?;
     let r = nu_ghz / nu0_ghz;
     let cube = r * r * r;
-    let (a, _) = x_kelvin(nu_ghz);
-    let (a0, _) = x_kelvin(nu0_ghz);
+    let (a, a0) = (decay(nu_ghz), decay(nu0_ghz));
     let (d, d_low) = x_difference(nu_ghz, nu0_ghz);
     dispatch!(level, |token: L| for_each::<L>(
         token,
@@ -279,8 +283,8 @@ pub fn planck_ratio_into(
             let dx = c(d) * inverse;
             let low = (dx.neg_mul_add(t, c(d)) + c(d_low)) * inverse;
             let low = L::select(dx.abs().lt(c(1e6)), low, c(0.0));
-            let d0 = one_minus_exp_neg(token, c(a0) * inverse);
-            let dn = one_minus_exp_neg(token, c(a) * inverse);
+            let d0 = one_minus_exp2(token, c(a0), inverse);
+            let dn = one_minus_exp2(token, c(a), inverse);
             c(cube) * exp_sum(token, dx, low) * (d0 / dn)
         }
     ));

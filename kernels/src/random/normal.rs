@@ -2,7 +2,7 @@
 //!
 //! The word, read as a signed integer w, is the probability q = (w + ½) 2^−64 away from one half, and the deviate is
 //! Φ^−1(½ + q). Both tails are reached with full relative accuracy: the smallest tail probability is 2^−65, the
-//! largest deviate 9.08 standard deviations.
+//! largest deviate 9.15 standard deviations.
 //!
 //! Φ^−1 is algorithm AS 241 (PPND16) of Wichura, Appl. Statist. 37, 477 (1988): a quotient of polynomials of degree
 //! seven for |q| ≤ 0.425, and two more in √(−ln p) towards the tails. Its coefficients stand below, and only `ln` and

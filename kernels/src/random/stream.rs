@@ -53,6 +53,16 @@ impl Stream {
         Ok(Self(generator))
     }
 
+    /// The stream from a state of the generator itself; a state of zeros, which it cannot have, is replaced.
+    #[must_use]
+    pub fn from_state(state: [u64; 4]) -> Self {
+        let mut seed = [0; 32];
+        for (bytes, word) in seed.as_chunks_mut::<8>().0.iter_mut().zip(state) {
+            *bytes = word.to_le_bytes();
+        }
+        Self(Xoshiro256PlusPlus::from_seed(seed))
+    }
+
     /// The next 64 random bits.
     #[inline]
     pub fn word(&mut self) -> u64 {
@@ -64,12 +74,5 @@ impl Stream {
     pub fn uniform(&mut self) -> f64 {
         const SCALE: f64 = 1.0 / 4_503_599_627_370_496.0;
         ((self.word() >> 12) as f64 + 0.5) * SCALE
-    }
-}
-
-/// From a generator's own state, for tests against the authors' values.
-impl From<Xoshiro256PlusPlus> for Stream {
-    fn from(generator: Xoshiro256PlusPlus) -> Self {
-        Self(generator)
     }
 }

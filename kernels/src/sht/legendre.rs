@@ -29,10 +29,36 @@ use crate::simd::{Lanes, Level, Mask};
 
 /// Coefficients of one step and channel: even part real, imaginary, odd part real, imaginary.
 pub type Coefficient = [f64; 4];
+/// Vectors of eight, each on its own cache line: unaligned ones would straddle two, at half the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct Aligned<const N: usize>(pub [[f64; 8]; N]);
+
+impl<const N: usize> Default for Aligned<N> {
+    fn default() -> Self {
+        Self([[0.0; 8]; N])
+    }
+}
+
+impl<const N: usize> core::ops::Deref for Aligned<N> {
+    type Target = [[f64; 8]; N];
+    #[inline(always)]
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<const N: usize> core::ops::DerefMut for Aligned<N> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
+
 /// Sums of one step and channel, eight lanes of each part of a [`Coefficient`].
-pub type Sums = [[f64; 8]; 4];
+pub type Sums = Aligned<4>;
 /// F_m on eight ring pairs: north real, imaginary, south real, imaginary.
-pub type PhaseBlock = [[f64; 8]; 4];
+pub type PhaseBlock = Aligned<4>;
 
 /// Number of leading blocks to skip for order m: those nearer to the pole than the polar limit.
 fn first_active(rings: &[RingBlock], m: usize) -> usize {
@@ -240,11 +266,25 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
                 let place = (count, at);
                 if first.polar {
                     synthesis_group::<L, V, C, 2>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 } else {
                     synthesis_group::<L, V, C, 1>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 }
                 at += V;
@@ -254,11 +294,25 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
                 let place = (count, at);
                 if first.polar {
                     synthesis_group::<L, 1, C, 2>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 } else {
                     synthesis_group::<L, 1, C, 1>(
-                        token, group, m, norm, steps, coefficients, place, out,
+                        token,
+                        group,
+                        m,
+                        norm,
+                        steps,
+                        coefficients,
+                        place,
+                        out,
                     );
                 }
                 at += 1;
@@ -358,11 +412,14 @@ fn scatter<L: Lanes, const V: usize, const C: usize>(
 }
 
 /// Where the recurrence stands on a block: q, its predecessor, scale.
-pub type RecurrenceState = [[f64; 8]; 3];
+pub type RecurrenceState = Aligned<3>;
 
 /// Steps taken on all rings before the next: the sums of these steps stay in the first-level cache.
 const CHUNK: usize = 32;
-const _: () = assert!(CHUNK.is_multiple_of(2 * CHECK), "scales change at multiples of CHECK");
+const _: () = assert!(
+    CHUNK.is_multiple_of(2 * CHECK),
+    "scales change at multiples of CHECK"
+);
 
 /// Takes V blocks through some steps, from and to the stored state.
 #[inline(always)]
@@ -484,11 +541,11 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
     adjoint_begin::<L>(token, rings, m, norm, phases, states);
     let phases = &*phases;
     let start = first_active(rings, m);
-    let mut sums = [[[[0.0; 8]; 4]; C]; CHUNK];
+    let mut sums = [[Aligned([[0.0; 8]; 4]); C]; CHUNK];
     for (steps, coefficients) in steps.chunks(CHUNK).zip(coefficients.chunks_mut(CHUNK)) {
         let sums = sums.get_mut(..steps.len()).unwrap_or(&mut []);
         for sum in sums.iter_mut() {
-            *sum = [[[0.0; 8]; 4]; C];
+            *sum = [Aligned([[0.0; 8]; 4]); C];
         }
         let mut at = start;
         while let (Some(rest), Some(states)) = (rings.get(at..), states.get_mut(at..))
@@ -498,9 +555,13 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
             match (rest.first_chunk::<V>(), states.first_chunk_mut::<V>()) {
                 (Some(group), Some(states)) if group[V - 1].polar == first.polar => {
                     if first.polar {
-                        adjoint_group::<L, V, C, 2>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, V, C, 2>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     } else {
-                        adjoint_group::<L, V, C, 1>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, V, C, 1>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     }
                     at += V;
                 }
@@ -510,9 +571,13 @@ fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
                     };
                     let group = core::array::from_ref(first);
                     if first.polar {
-                        adjoint_group::<L, 1, C, 2>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, 1, C, 2>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     } else {
-                        adjoint_group::<L, 1, C, 1>(token, group, steps, place, phases, states, sums);
+                        adjoint_group::<L, 1, C, 1>(
+                            token, group, steps, place, phases, states, sums,
+                        );
                     }
                     at += 1;
                 }

@@ -67,7 +67,11 @@ pub fn scalar_coefficients(
     let (pairs, last) = alm.as_chunks::<2>();
     // a_{l+2} of every step: the first of the pairs but the first, then the single one
     let after = if pairs.is_empty() { &[] } else { last };
-    let mut next = pairs.iter().skip(1).map(|p| p[0]).chain(after.iter().copied());
+    let mut next = pairs
+        .iter()
+        .skip(1)
+        .map(|p| p[0])
+        .chain(after.iter().copied());
     let mut pairs = pairs.iter().copied();
     let mut last = last.iter().copied();
     let zero = Complex::default();

@@ -33,7 +33,7 @@ mod rings;
 mod start;
 mod wigner;
 
-pub use legendre::{Coefficient, PhaseBlock, RecurrenceState, Sums, adjoint, synthesis};
+pub use legendre::{Aligned, Coefficient, PhaseBlock, RecurrenceState, Sums, adjoint, synthesis};
 pub use mixing::{
     SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
     spin2_from_sums,

@@ -10,7 +10,7 @@
 //!
 //! e^{imφ₀} is the product of two table entries, e^{i 64 m₁ φ₀} e^{i m₀ φ₀}, each correctly reduced: no drift with m.
 
-use super::legendre::PhaseBlock;
+use super::legendre::{Aligned, PhaseBlock};
 use crate::error::Error;
 use crate::scalar;
 use crate::simd::{Lanes, Level};
@@ -26,7 +26,7 @@ pub const fn phase_table_len(lmax: usize) -> usize {
 }
 
 /// One entry of the table of phases: cos and sin on eight ring pairs.
-pub type PhaseTable = [[f64; 8]; 2];
+pub type PhaseTable = Aligned<2>;
 
 /// Geometry of the rings of a block, and access to it.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +127,7 @@ fn combine<L: Lanes>(token: L::Token, block: &PhaseBlock, (c, s): (L, L)) -> Pha
     let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
     let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
     let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
-    let mut out = [[0.0; 8]; 4];
+    let mut out = PhaseBlock::default();
     (ni + sr).store(&mut out[0]);
     (nr - si).store(&mut out[1]);
     (sr - ni).store(&mut out[2]);
@@ -154,13 +154,12 @@ fn spectrum_body<L: Lanes>(
     let mut first = 0;
     while first < orders {
         let count = BATCH.min(orders - first);
-        let mut batch = [[[0.0; 8]; 4]; BATCH];
+        let mut batch = [PhaseBlock::default(); BATCH];
         for (j, out) in batch.iter_mut().enumerate().take(count) {
             let m = first + j;
-            let (Some(rotation), Some(block)) = (
-                phase::<L>(token, m, table, scale),
-                phases.get(m * stride),
-            ) else {
+            let (Some(rotation), Some(block)) =
+                (phase::<L>(token, m, table, scale), phases.get(m * stride))
+            else {
                 return;
             };
             *out = combine::<L>(token, block, rotation);
@@ -266,7 +265,7 @@ fn phases_body<L: Lanes>(
     let mut first = 0;
     while first < orders {
         let count = BATCH.min(orders - first);
-        let mut batch = [[[0.0; 8]; 4]; BATCH];
+        let mut batch = [PhaseBlock::default(); BATCH];
         for lane in 0..8 {
             let n = shapes.pixels[lane];
             let Some(ring) = spectra.get(starts[lane]..starts[lane] + n) else {

@@ -531,7 +531,7 @@ fn adjoint_body<L: Lanes, const V: usize>(
     coefficients: &mut [Coefficient],
 ) {
     for sum in sums.iter_mut() {
-        *sum = [[0.0; 8]; 4];
+        *sum = Sums::default();
     }
     let sign = L::splat(token, first_sign(m));
     let zero = L::splat(token, 0.0);

@@ -3,9 +3,11 @@
 //! An [`Avx2Lanes`] exists only through an [`Avx2Token`], and the token only where the CPU has AVX2 and FMA, so every
 //! intrinsic here may run. All but loads and stores work on registers alone.
 
-use super::lanes::{Lanes, Mask, sealed::Sealed};
+use super::lanes::{Bits, Lanes, Mask, sealed::Sealed};
 use core::arch::x86_64::*;
-use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use core::ops::{
+    Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 
 /// Proof that the CPU has AVX2 and FMA.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -42,7 +44,12 @@ pub struct Avx2Lanes(__m256d, __m256d);
 #[derive(Clone, Copy)]
 pub struct Avx2Mask(__m256d, __m256d);
 
+/// Eight words in two `__m256i`.
+#[derive(Clone, Copy)]
+pub struct Avx2Bits(__m256i, __m256i);
+
 impl Sealed for Avx2Lanes {}
+impl Sealed for Avx2Bits {}
 impl Sealed for Avx2Mask {}
 
 /// (0+2) + (1+3).
@@ -124,6 +131,7 @@ impl Neg for Avx2Lanes {
 impl Lanes for Avx2Lanes {
     type Token = Avx2Token;
     type Mask = Avx2Mask;
+    type Bits = Avx2Bits;
     const FUSED: bool = true;
 
     #[inline(always)]
@@ -222,6 +230,27 @@ impl Lanes for Avx2Lanes {
         both!(_mm256_blendv_pd, no, yes, mask)
     }
     #[inline(always)]
+    fn to_bits(self) -> Avx2Bits {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe { Avx2Bits(_mm256_castpd_si256(self.0), _mm256_castpd_si256(self.1)) }
+    }
+    #[inline(always)]
+    fn from_bits(bits: Avx2Bits) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe { Self(_mm256_castsi256_pd(bits.0), _mm256_castsi256_pd(bits.1)) }
+    }
+    #[inline(always)]
+    fn is_zero(bits: Avx2Bits) -> Avx2Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            let zero = _mm256_setzero_si256();
+            Avx2Mask(
+                _mm256_castsi256_pd(_mm256_cmpeq_epi64(bits.0, zero)),
+                _mm256_castsi256_pd(_mm256_cmpeq_epi64(bits.1, zero)),
+            )
+        }
+    }
+    #[inline(always)]
     fn exp2_int(self) -> Self {
         // 2^52 + 2^51 + k holds k + 2^51 in its low mantissa bits: AVX2 has no f64 → i64 conversion.
         // SAFETY: lanes exist only with a token; registers only.
@@ -229,6 +258,7 @@ impl Lanes for Avx2Lanes {
         unsafe fn half(k: __m256d) -> __m256d {
             // SAFETY: as above.
             unsafe {
+                let k = _mm256_max_pd(k, _mm256_set1_pd(-1022.0));
                 let shifted = _mm256_add_pd(k, _mm256_set1_pd(6_755_399_441_055_744.0 + 1023.0));
                 _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted)))
             }
@@ -238,9 +268,11 @@ impl Lanes for Avx2Lanes {
     }
     #[inline(always)]
     fn scale_exp2(self, k: Self) -> Self {
-        // Each half is in the range of `exp2_int`, and the first product is exact: one rounding, as AVX-512 has it.
+        // Both halves are in the range of `exp2_int` once k is within ±2044 (beyond, the result is 0 or ∞ anyway), and the
+        // first product is exact: one rounding, as AVX-512 has it.
         // SAFETY: lanes exist only with a token; registers only.
-        let half = unsafe { _mm256_set1_pd(0.5) };
+        let [lo, hi, half] = unsafe { [-2044.0, 2044.0, 0.5].map(|x| _mm256_set1_pd(x)) };
+        let k = k.max(Self(lo, lo)).min(Self(hi, hi));
         let first = (k * Self(half, half)).floor();
         self * first.exp2_int() * (k - first).exp2_int()
     }
@@ -317,5 +349,98 @@ impl Mask for Avx2Mask {
         // SAFETY: lanes exist only with a token; registers only.
         let (low, high) = unsafe { (_mm256_movemask_pd(self.0), _mm256_movemask_pd(self.1)) };
         (low | (high << 4)) as u8
+    }
+}
+
+macro_rules! bits_operator {
+    ($($trait:ident $method:ident $intrinsic:ident;)*) => {$(
+        impl $trait for Avx2Bits {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                both!($intrinsic, self, other)
+            }
+        }
+    )*};
+}
+bits_operator! {
+    Add add _mm256_add_epi64;
+    Sub sub _mm256_sub_epi64;
+    BitAnd bitand _mm256_and_si256;
+    BitOr bitor _mm256_or_si256;
+    BitXor bitxor _mm256_xor_si256;
+}
+
+impl Bits for Avx2Bits {
+    type Token = Avx2Token;
+
+    #[inline(always)]
+    fn splat(_: Avx2Token, value: u64) -> Self {
+        // SAFETY: the token proves the features; registers only.
+        let v = unsafe { _mm256_set1_epi64x(value.cast_signed()) };
+        Self(v, v)
+    }
+    #[inline(always)]
+    fn load(_: Avx2Token, from: &[u64; 8]) -> Self {
+        // SAFETY: the token proves the features; the array is 64 readable bytes, and the loads are unaligned.
+        unsafe {
+            Self(
+                _mm256_loadu_si256(from.as_ptr().cast()),
+                _mm256_loadu_si256(from.as_ptr().add(4).cast()),
+            )
+        }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [u64; 8]) {
+        // SAFETY: lanes exist only with a token; the array is 64 writable bytes, and the stores are unaligned.
+        unsafe {
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), self.0);
+            _mm256_storeu_si256(to.as_mut_ptr().add(4).cast(), self.1);
+        }
+    }
+    #[inline(always)]
+    fn shl<const N: u32>(self) -> Self {
+        // A constant count becomes an immediate; the intrinsic that takes one wants another type than AVX-512's.
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            let count = _mm_cvtsi32_si128(N.cast_signed());
+            Self(
+                _mm256_sll_epi64(self.0, count),
+                _mm256_sll_epi64(self.1, count),
+            )
+        }
+    }
+    #[inline(always)]
+    fn shr<const N: u32>(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            let count = _mm_cvtsi32_si128(N.cast_signed());
+            Self(
+                _mm256_srl_epi64(self.0, count),
+                _mm256_srl_epi64(self.1, count),
+            )
+        }
+    }
+    #[inline(always)]
+    fn spread_bytes(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        let places = unsafe {
+            _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15,
+            ))
+        };
+        let places = Self(places, places);
+        both!(_mm256_shuffle_epi8, self, places)
+    }
+    #[inline(always)]
+    fn unspread_bytes(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        let places = unsafe {
+            _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                0, 2, 4, 6, 1, 3, 5, 7, 8, 10, 12, 14, 9, 11, 13, 15,
+            ))
+        };
+        let places = Self(places, places);
+        both!(_mm256_shuffle_epi8, self, places)
     }
 }

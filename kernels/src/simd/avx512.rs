@@ -3,9 +3,11 @@
 //! An [`Avx512Lanes`] exists only through an [`Avx512Token`], and the token only where the CPU has AVX-512 F, DQ, BW,
 //! VL and FMA, so every intrinsic here may run. All but loads and stores work on registers alone.
 
-use super::lanes::{Lanes, Mask, sealed::Sealed};
+use super::lanes::{Bits, Lanes, Mask, sealed::Sealed};
 use core::arch::x86_64::*;
-use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use core::ops::{
+    Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 
 /// Proof that the CPU has AVX-512 F, DQ, BW, VL and FMA.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -53,7 +55,12 @@ pub struct Avx512Lanes(__m512d);
 #[derive(Clone, Copy)]
 pub struct Avx512Mask(__mmask8);
 
+/// Eight words in a `__m512i`.
+#[derive(Clone, Copy)]
+pub struct Avx512Bits(__m512i);
+
 impl Sealed for Avx512Lanes {}
+impl Sealed for Avx512Bits {}
 impl Sealed for Avx512Mask {}
 
 macro_rules! operator {
@@ -101,6 +108,7 @@ impl Neg for Avx512Lanes {
 impl Lanes for Avx512Lanes {
     type Token = Avx512Token;
     type Mask = Avx512Mask;
+    type Bits = Avx512Bits;
     const FUSED: bool = true;
 
     #[inline(always)]
@@ -189,13 +197,24 @@ impl Lanes for Avx512Lanes {
         Self(unsafe { _mm512_mask_blend_pd(mask.0, no.0, yes.0) })
     }
     #[inline(always)]
+    fn to_bits(self) -> Avx512Bits {
+        // SAFETY: lanes exist only with a token; registers only.
+        Avx512Bits(unsafe { _mm512_castpd_si512(self.0) })
+    }
+    #[inline(always)]
+    fn from_bits(bits: Avx512Bits) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_castsi512_pd(bits.0) })
+    }
+    #[inline(always)]
+    fn is_zero(bits: Avx512Bits) -> Avx512Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        Avx512Mask(unsafe { _mm512_testn_epi64_mask(bits.0, bits.0) })
+    }
+    #[inline(always)]
     fn exp2_int(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
-        Self(unsafe {
-            let k = _mm512_cvtpd_epi64(self.0);
-            let biased = _mm512_add_epi64(k, _mm512_set1_epi64(1023));
-            _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
-        })
+        Self(unsafe { _mm512_scalef_pd(_mm512_set1_pd(1.0), self.0) })
     }
     #[inline(always)]
     fn scale_exp2(self, k: Self) -> Self {
@@ -263,5 +282,71 @@ impl Mask for Avx512Mask {
     #[inline(always)]
     fn bits(self) -> u8 {
         self.0
+    }
+}
+
+macro_rules! bits_operator {
+    ($($trait:ident $method:ident $intrinsic:ident;)*) => {$(
+        impl $trait for Avx512Bits {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: lanes exist only with a token; registers only.
+                Self(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    )*};
+}
+bits_operator! {
+    Add add _mm512_add_epi64;
+    Sub sub _mm512_sub_epi64;
+    BitAnd bitand _mm512_and_si512;
+    BitOr bitor _mm512_or_si512;
+    BitXor bitxor _mm512_xor_si512;
+}
+
+impl Bits for Avx512Bits {
+    type Token = Avx512Token;
+
+    #[inline(always)]
+    fn splat(_: Avx512Token, value: u64) -> Self {
+        // SAFETY: the token proves the features; registers only.
+        Self(unsafe { _mm512_set1_epi64(value.cast_signed()) })
+    }
+    #[inline(always)]
+    fn load(_: Avx512Token, from: &[u64; 8]) -> Self {
+        // SAFETY: the token proves the features; the array is 64 readable bytes, and the load is unaligned.
+        Self(unsafe { _mm512_loadu_si512(from.as_ptr().cast()) })
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [u64; 8]) {
+        // SAFETY: lanes exist only with a token; the array is 64 writable bytes, and the store is unaligned.
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), self.0) }
+    }
+    #[inline(always)]
+    fn shl<const N: u32>(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_slli_epi64::<N>(self.0) })
+    }
+    #[inline(always)]
+    fn shr<const N: u32>(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_srli_epi64::<N>(self.0) })
+    }
+    #[inline(always)]
+    fn spread_bytes(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe {
+            let places = _mm_setr_epi8(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15);
+            _mm512_shuffle_epi8(self.0, _mm512_broadcast_i32x4(places))
+        })
+    }
+    #[inline(always)]
+    fn unspread_bytes(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe {
+            let places = _mm_setr_epi8(0, 2, 4, 6, 1, 3, 5, 7, 8, 10, 12, 14, 9, 11, 13, 15);
+            _mm512_shuffle_epi8(self.0, _mm512_broadcast_i32x4(places))
+        })
     }
 }

@@ -1,6 +1,8 @@
 //! The lane trait that kernels are written against.
 
-use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use core::ops::{
+    Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 
 pub(super) mod sealed {
     /// Only this crate implements the lane traits.
@@ -39,6 +41,8 @@ pub trait Lanes:
     type Token: Copy;
     /// Result of a comparison.
     type Mask: Mask;
+    /// The same eight lanes as 64-bit words.
+    type Bits: Bits<Token = Self::Token>;
 
     /// Does [`mul_add`](Self::mul_add) round once?
     const FUSED: bool;
@@ -123,9 +127,29 @@ pub trait Lanes:
     /// Where the mask is set `yes`, elsewhere `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// 2^self for integers −1022 … 1023; anything else gives an unspecified value.
+    /// The bits of every lane.
+    fn to_bits(self) -> Self::Bits;
+    /// Lanes of given bits.
+    fn from_bits(bits: Self::Bits) -> Self;
+    /// Which words are zero.
+    fn is_zero(bits: Self::Bits) -> Self::Mask;
+    /// Whole numbers below 2^52 as f64.
+    #[inline(always)]
+    fn from_whole(token: Self::Token, whole: Self::Bits) -> Self {
+        // 2^52 + k holds k in its low mantissa bits: AVX2 has no conversion of 64-bit integers.
+        let magic = Self::Bits::splat(token, TWO_52.to_bits());
+        Self::from_bits(whole | magic) - Self::splat(token, TWO_52)
+    }
+    /// Whole numbers 0 … 2^52 − 1 as 64-bit words; anything else gives an unspecified value.
+    #[inline(always)]
+    fn to_whole(self, token: Self::Token) -> Self::Bits {
+        let magic = Self::Bits::splat(token, TWO_52.to_bits());
+        (self + Self::splat(token, TWO_52)).to_bits() ^ magic
+    }
+
+    /// 2^self for integers −1022 … 1023; below, something in 0 … 2^−1022; above and for anything else unspecified.
     fn exp2_int(self) -> Self;
-    /// self · 2^k for integers |k| ≤ 2044, overflowing to infinity and underflowing gradually, rounded once for `self` of
+    /// self · 2^k for any integer k, overflowing to infinity and underflowing gradually, rounded once for `self` of
     /// ordinary size (2^±500).
     fn scale_exp2(self, k: Self) -> Self;
     /// For positive normal values: (m, e) with self = m·2^e, 1 ≤ m < 2, both as f64.
@@ -142,4 +166,65 @@ pub trait Lanes:
     fn reduce_max(self) -> f64 {
         self.to_array().into_iter().fold(f64::NAN, f64::max)
     }
+}
+
+/// 2^52.
+const TWO_52: f64 = 4_503_599_627_370_496.0;
+
+/// Eight 64-bit words; sums wrap.
+pub trait Bits:
+    sealed::Sealed
+    + Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+{
+    /// Proof that the CPU can run these lanes.
+    type Token: Copy;
+
+    /// The same word in all lanes.
+    fn splat(token: Self::Token, value: u64) -> Self;
+    /// Eight words from memory, lane i from index i.
+    fn load(token: Self::Token, from: &[u64; 8]) -> Self;
+    /// Eight words to memory.
+    fn store(self, to: &mut [u64; 8]);
+    /// All lanes as an array.
+    #[inline(always)]
+    fn to_array(self) -> [u64; 8] {
+        let mut out = [0; 8];
+        self.store(&mut out);
+        out
+    }
+    /// Shifted towards the high bits by N < 64.
+    fn shl<const N: u32>(self) -> Self;
+    /// Shifted towards the low bits by N < 64, zeros coming in.
+    fn shr<const N: u32>(self) -> Self;
+    /// Bytes 0 … 7 of every lane to places 0, 2, 4, 6, 1, 3, 5, 7.
+    fn spread_bytes(self) -> Self;
+    /// The inverse of [`spread_bytes`](Self::spread_bytes).
+    fn unspread_bytes(self) -> Self;
+
+    /// The low half of every lane to its even bits, the high half to its odd bits.
+    #[inline(always)]
+    fn interleave(self, token: Self::Token) -> Self {
+        let v = swap_bits::<Self, 4>(token, self.spread_bytes(), 0x00f0_00f0_00f0_00f0);
+        let v = swap_bits::<Self, 2>(token, v, 0x0c0c_0c0c_0c0c_0c0c);
+        swap_bits::<Self, 1>(token, v, 0x2222_2222_2222_2222)
+    }
+    /// The even bits of every lane to its low half, the odd bits to its high half.
+    #[inline(always)]
+    fn deinterleave(self, token: Self::Token) -> Self {
+        let v = swap_bits::<Self, 1>(token, self, 0x2222_2222_2222_2222);
+        let v = swap_bits::<Self, 2>(token, v, 0x0c0c_0c0c_0c0c_0c0c);
+        swap_bits::<Self, 4>(token, v, 0x00f0_00f0_00f0_00f0).unspread_bytes()
+    }
+}
+
+/// Exchanges the bits under the mask with those N places above them.
+#[inline(always)]
+fn swap_bits<B: Bits, const N: u32>(token: B::Token, v: B, mask: u64) -> B {
+    let t = (v ^ v.shr::<N>()) & B::splat(token, mask);
+    v ^ t ^ t.shl::<N>()
 }

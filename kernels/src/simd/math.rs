@@ -39,6 +39,20 @@ const EXP: [f64; 10] = [
     2.505_380_524_126_441_6e-8,
 ];
 
+/// (2ʳ − 1 − r ln 2)/r² for |r| ≤ ½.
+const EXP2: [f64; 10] = [
+    0.240_226_506_959_100_97,
+    0.055_504_108_664_821_32,
+    0.009_618_129_107_607_691,
+    0.001_333_355_814_651_843,
+    0.000_154_035_304_407_551_04,
+    1.525_273_371_007_888_4e-5,
+    1.321_544_305_857_250_1e-6,
+    1.017_811_860_894_967_9e-7,
+    7.072_508_311_359_843e-9,
+    4.445_839_381_756_877_5e-10,
+];
+
 /// (ln((1 + s)/(1 − s)) − 2s)/s³ in s².
 const LN: [f64; 7] = [
     0.666_666_666_666_673_4,
@@ -63,7 +77,7 @@ const LN_LONG: [f64; 8] = [
 ];
 
 /// (sin r − r)/r³ in r².
-const SIN: [f64; 6] = [
+pub(super) const SIN: [f64; 6] = [
     -0.166_666_666_666_666_3,
     0.008_333_333_333_322_113,
     -0.000_198_412_698_295_851_88,
@@ -73,7 +87,7 @@ const SIN: [f64; 6] = [
 ];
 
 /// (cos r − 1 + r²/2)/r⁴ in r².
-const COS: [f64; 6] = [
+pub(super) const COS: [f64; 6] = [
     0.041_666_666_666_666_595,
     -0.001_388_888_888_887_305,
     2.480_158_728_884_698e-5,
@@ -109,6 +123,9 @@ fn polynomial<L: Lanes, const N: usize>(token: L::Token, c: &[f64; N], z: L, z2:
     chain(1).mul_add(z, chain(0))
 }
 
+/// Adding this to |x| < 2^51 rounds x to an integer: one unit of its last place is 1.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
 /// x within lo … hi; NaN stays.
 #[inline(always)]
 fn clamp<L: Lanes>(token: L::Token, x: L, lo: f64, hi: f64) -> L {
@@ -129,7 +146,8 @@ pub(crate) fn exp_split<L: Lanes>(token: L::Token, x: L, low: L) -> (L, L) {
 /// x = k ln 2 + r as (r, k).
 #[inline(always)]
 fn reduce<L: Lanes>(token: L::Token, x: L) -> (L, L) {
-    let k = (x * L::splat(token, LOG2_E)).round();
+    let magic = L::splat(token, ROUND);
+    let k = x.mul_add(L::splat(token, LOG2_E), magic) - magic;
     let r = k.neg_mul_add(L::splat(token, LN2_HI), x);
     (k.neg_mul_add(L::splat(token, LN2_LO), r), k)
 }
@@ -158,12 +176,35 @@ pub(crate) fn exp_sum<L: Lanes>(token: L::Token, x: L, low: L) -> L {
     (expm1_reduced(token, r + low) + L::splat(token, 1.0)).scale_exp2(k)
 }
 
-/// 1 − e^−x for x ≥ 0, accurate for small x.
+/// (2ʳ − 1)/r for |r| ≤ ½.
 #[inline(always)]
-pub(crate) fn one_minus_exp_neg<L: Lanes>(token: L::Token, x: L) -> L {
-    let (r, k) = reduce(token, -(L::splat(token, 64.0).min(x)));
+fn exp2m1_over_r<L: Lanes>(token: L::Token, r: L) -> L {
+    let linear = L::splat(token, core::f64::consts::LN_2);
+    polynomial(token, &EXP2, r, r * r).mul_add(r, linear)
+}
+
+/// 2ʸ: cheaper than [`exp`] where the factor log₂ e can be put into a constant. NaN for y = ±∞.
+#[inline(always)]
+pub(crate) fn exp2<L: Lanes>(token: L::Token, y: L) -> L {
+    let magic = L::splat(token, ROUND);
+    let k = (y + magic) - magic;
+    // Exact, so that no range of y needs care.
+    let r = y - k;
+    exp2m1_over_r(token, r)
+        .mul_add(r, L::splat(token, 1.0))
+        .scale_exp2(k)
+}
+
+/// 1 − 2^(a·b) for a·b ≤ 0, accurate for small a·b; the product is not rounded where it can be fused. NaN where it
+/// overflows.
+#[inline(always)]
+pub(crate) fn one_minus_exp2<L: Lanes>(token: L::Token, a: L, b: L) -> L {
+    let (one, magic) = (L::splat(token, 1.0), L::splat(token, ROUND));
+    let k = a.mul_add(b, magic) - magic;
+    let r = a.mul_sub(b, k);
     let scale = k.exp2_int();
-    expm1_reduced(token, r).neg_mul_add(scale, L::splat(token, 1.0) - scale)
+    // (1 − 2^k) − 2^k (2ʳ − 1); for k = 0 the first is 0 and the second keeps its digits.
+    exp2m1_over_r(token, r).neg_mul_add(r * scale, one - scale)
 }
 
 /// eˣ − 1, accurate for small x.

@@ -31,6 +31,7 @@
 //! assert_eq!(sum, 4.0);
 //! ```
 
+pub(crate) mod atan;
 mod lanes;
 mod level;
 pub mod math;
@@ -43,7 +44,7 @@ mod avx2;
 #[allow(unsafe_code, reason = "the AVX-512 back-end")]
 mod avx512;
 
-pub use lanes::{Lanes, Mask};
+pub use lanes::{Bits, Lanes, Mask};
 pub use level::Level;
 #[doc(hidden)]
 pub use level::Tokens;

@@ -1,7 +1,9 @@
 //! The level that runs everywhere: `wide::f64x8`, in whatever registers the target was compiled for.
 
-use super::lanes::{Lanes, Mask, sealed::Sealed};
-use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use super::lanes::{Bits, Lanes, Mask, sealed::Sealed};
+use core::ops::{
+    Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 use wide::f64x8;
 
 /// Token of the portable level; anyone can have one.
@@ -22,7 +24,12 @@ pub struct PortableLanes(f64x8);
 #[derive(Clone, Copy)]
 pub struct PortableMask(f64x8);
 
+/// Eight words as they are.
+#[derive(Clone, Copy)]
+pub struct PortableBits([u64; 8]);
+
 impl Sealed for PortableLanes {}
+impl Sealed for PortableBits {}
 impl Sealed for PortableMask {}
 
 macro_rules! operator {
@@ -67,6 +74,7 @@ impl Neg for PortableLanes {
 impl Lanes for PortableLanes {
     type Token = PortableToken;
     type Mask = PortableMask;
+    type Bits = PortableBits;
     const FUSED: bool = cfg!(target_feature = "fma");
 
     #[inline(always)]
@@ -144,6 +152,21 @@ impl Lanes for PortableLanes {
         Self(mask.0.select(yes.0, no.0))
     }
     #[inline(always)]
+    fn to_bits(self) -> PortableBits {
+        PortableBits(self.0.to_array().map(f64::to_bits))
+    }
+    #[inline(always)]
+    fn from_bits(bits: PortableBits) -> Self {
+        Self(f64x8::new(bits.0.map(f64::from_bits)))
+    }
+    #[inline(always)]
+    fn is_zero(bits: PortableBits) -> PortableMask {
+        PortableMask(f64x8::new(
+            bits.0
+                .map(|v| f64::from_bits(if v == 0 { u64::MAX } else { 0 })),
+        ))
+    }
+    #[inline(always)]
     fn exp2_int(self) -> Self {
         let bits = self.to_array().map(|k| {
             let k = (k as i64).clamp(-1022, 1023);
@@ -153,7 +176,11 @@ impl Lanes for PortableLanes {
     }
     #[inline(always)]
     fn scale_exp2(self, k: Self) -> Self {
-        // Each half is in the range of `exp2_int`, and the first product is exact: one rounding.
+        // Both halves are in the range of `exp2_int` once k is within ±2044 (beyond, the result is 0 or ∞ anyway), and the
+        // first product is exact: one rounding.
+        let k = k
+            .max(Self(f64x8::splat(-2044.0)))
+            .min(Self(f64x8::splat(2044.0)));
         let first = Self(k.0 * f64x8::HALF).floor();
         self * first.exp2_int() * (k - first).exp2_int()
     }
@@ -205,5 +232,66 @@ impl Mask for PortableMask {
     #[inline(always)]
     fn bits(self) -> u8 {
         self.0.to_bitmask() as u8
+    }
+}
+
+macro_rules! bits_operator {
+    ($($trait:ident $method:ident $scalar:path;)*) => {$(
+        impl $trait for PortableBits {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for (a, b) in self.0.iter_mut().zip(other.0) {
+                    *a = $scalar(*a, b);
+                }
+                self
+            }
+        }
+    )*};
+}
+bits_operator! {
+    Add add u64::wrapping_add;
+    Sub sub u64::wrapping_sub;
+    BitAnd bitand BitAnd::bitand;
+    BitOr bitor BitOr::bitor;
+    BitXor bitxor BitXor::bitxor;
+}
+
+impl Bits for PortableBits {
+    type Token = PortableToken;
+
+    #[inline(always)]
+    fn splat(_: PortableToken, value: u64) -> Self {
+        Self([value; 8])
+    }
+    #[inline(always)]
+    fn load(_: PortableToken, from: &[u64; 8]) -> Self {
+        Self(*from)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [u64; 8]) {
+        *to = self.0;
+    }
+    #[inline(always)]
+    fn shl<const N: u32>(self) -> Self {
+        Self(self.0.map(|v| v << N))
+    }
+    #[inline(always)]
+    fn shr<const N: u32>(self) -> Self {
+        Self(self.0.map(|v| v >> N))
+    }
+    #[inline(always)]
+    fn spread_bytes(self) -> Self {
+        Self(self.0.map(|v| {
+            let [a, b, c, d, e, f, g, h] = v.to_le_bytes();
+            u64::from_le_bytes([a, e, b, f, c, g, d, h])
+        }))
+    }
+    #[inline(always)]
+    fn unspread_bytes(self) -> Self {
+        Self(self.0.map(|v| {
+            let [a, b, c, d, e, f, g, h] = v.to_le_bytes();
+            u64::from_le_bytes([a, c, e, g, b, d, f, h])
+        }))
     }
 }

@@ -3,17 +3,12 @@
 //! a_lm are m-major, index m(2 lmax + 1 − m)/2 + l, m ≥ 0: for each m the run l = m … lmax.
 
 use crate::Error;
+use crate::sht::alm;
 use num_complex::Complex;
-
-/// Number of a_lm with m ≥ 0 up to `lmax`.
-#[must_use]
-pub const fn alm_len(lmax: usize) -> usize {
-    (lmax + 1) * (lmax + 2) / 2
-}
 
 /// `out[l]` = Σ_m a_lm b*_lm / (2l+1) over all m, −l … l: auto-spectrum for `a` = `b`.
 ///
-/// `a`, `b`: [`alm_len`]`(lmax)` coefficients of real fields; `out`: lmax + 1.
+/// `a`, `b`: [`alm::len`]`(lmax)` coefficients of real fields; `out`: lmax + 1.
 ///
 /// # Errors
 /// [`Error::Length`] where a slice has another length.
@@ -25,8 +20,8 @@ pub fn cross_spectrum(
     let Some(lmax) = out.len().checked_sub(1) else {
         return Error::check_len("spectrum", 1, 0);
     };
-    Error::check_len("a_lm", alm_len(lmax), a.len())?;
-    Error::check_len("b_lm", alm_len(lmax), b.len())?;
+    Error::check_len("a_lm", alm::len(lmax), a.len())?;
+    Error::check_len("b_lm", alm::len(lmax), b.len())?;
     out.fill(0.0);
     let (mut a, mut b) = (a, b);
     for m in 0..=lmax {
@@ -51,12 +46,12 @@ pub fn cross_spectrum(
 /// a_lm ← `factor[l]` · a_lm.
 ///
 /// # Errors
-/// [`Error::Length`] unless `alm` has [`alm_len`]`(factor.len() − 1)` elements.
+/// [`Error::Length`] unless `alm` has [`alm::len`]`(factor.len() − 1)` elements.
 pub fn scale_by_l(alm: &mut [Complex<f64>], factor: &[f64]) -> Result<(), Error> {
     let Some(lmax) = factor.len().checked_sub(1) else {
         return Error::check_len("factor", 1, 0);
     };
-    Error::check_len("a_lm", alm_len(lmax), alm.len())?;
+    Error::check_len("a_lm", alm::len(lmax), alm.len())?;
     let mut rest = alm;
     for m in 0..=lmax {
         let Some((head, tail)) = rest.split_at_mut_checked(lmax + 1 - m) else {

@@ -9,7 +9,7 @@ mod roots;
 mod window;
 
 pub use bins::{bin_range, binned_mean};
-pub use harmonics::{alm_len, cross_spectrum, scale_by_l};
+pub use harmonics::{cross_spectrum, scale_by_l};
 pub use power_law::{PowerLaw, fit_amplitude, fit_power_law, fit_range};
 pub use roots::{Cov2, Lower2};
 pub use window::{beam, beam_complement, fwhm_to_sigma};

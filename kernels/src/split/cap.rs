@@ -149,7 +149,7 @@ pub fn renormalise_pixel(
 /// A power of two that brings the largest of some numbers near one; 1 unless it is extreme.
 ///
 /// Scaling changes no bit (but for underflow) and keeps sums and squares in range.
-fn scale_of<'a>(numbers: &mut dyn Iterator<Item = &'a f64>) -> f64 {
+fn scale_of(numbers: &mut dyn Iterator<Item = &f64>) -> f64 {
     let largest = numbers.fold(0.0, |a: f64, x| a.max(abs(*x)));
     if (1e-120..1e120).contains(&largest) {
         1.0

@@ -143,7 +143,7 @@ fn line_search(
             None => 2.0 * t,
             Some((end, end_rate)) => {
                 // False position, kept off the ends.
-                let part = (low_rate / (low_rate - end_rate)).max(0.1).min(0.9);
+                let part = (low_rate / (low_rate - end_rate)).clamp(0.1, 0.9);
                 low + part * (end - low)
             }
         };

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Minimax polynomials of the vector mathematics (kernels/src/simd/math.rs).
+"""Minimax polynomials of the vector mathematics (kernels/src/simd/math.rs, kernels/src/simd/atan.rs).
 
 Remez exchange in 60-digit arithmetic; the coefficients are rounded to f64 and the largest relative error of the
 *rounded* polynomial over the interval is printed with them.
@@ -75,6 +75,13 @@ report(
     lambda r: max(abs(r), h / 50) * mp.exp(-r / 2),
     -h, h, 9,
 )
+ln2 = mp.log(2)
+report(
+    "exp2: (2^r - 1 - r ln 2)/r^2, relative to 2^r - 1 (weight |r| 2^(-r/2), at least 1/100)",
+    safe(lambda r: (mp.expm1(r * ln2) - r * ln2) / r**2, [ln2 ** (k + 2) / mp.factorial(k + 2) for k in range(8)]),
+    lambda r: max(abs(r), mpf("0.01")) * mp.exp(-r * ln2 / 2) / ln2,
+    mpf("-0.50005"), mpf("0.50005"), 9,
+)
 z = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * mpf("1.0001")
 report(
     "ln: (ln((1+s)/(1-s)) - 2s)/s^3 in z = s^2, relative to ln",
@@ -103,6 +110,20 @@ report(
          [(-1) ** k / mp.factorial(2 * k + 4) for k in range(8)]),
     lambda z: max(z, mpf("1e-3")) ** 2 / mp.cos(mp.sqrt(z)),
     mpf(0), q, 5,
+)
+report(
+    "asin: (asin x - x)/x^3 in z = x^2, relative to asin",
+    safe(lambda z: (mp.asin(mp.sqrt(z)) - mp.sqrt(z)) / mp.sqrt(z) ** 3,
+         [mp.binomial(2 * k, k) / (4**k * (2 * k + 1)) for k in range(1, 9)]),
+    lambda z: max(z, mpf("1e-6")),
+    mpf(0), mpf("0.50005"), 17,
+)
+report(
+    "atan: (atan x - x)/x^3 in z = x^2, relative to atan",
+    safe(lambda z: (mp.atan(mp.sqrt(z)) - mp.sqrt(z)) / mp.sqrt(z) ** 3,
+         [mpf((-1) ** k) / (2 * k + 1) for k in range(1, 9)]),
+    lambda z: max(z, mpf("1e-6")),
+    mpf(0), mp.tan(mp.pi / 8) ** 2 * mpf("1.0001"), 10,
 )
 
 

@@ -8,6 +8,7 @@ use crate::kernels::healpix::missing::is_missing;
 use crate::kernels::sht::alm;
 use crate::kernels::simd::Level;
 use crate::sht::{Analysis, ShtPlan};
+use crate::stages::laws::sky::mean_std;
 
 /// I, or I, Q, U, of one Nside.
 pub(super) struct Maps {
@@ -75,8 +76,8 @@ impl Maps {
         Ok(lmax)
     }
 
-    /// The coefficients as healpy's `map2alm(iter=…)` finds them: equal weights and Jacobi iterations, the mean of the
-    /// intensity taken out and put back. Missing pixels count as no fluctuation.
+    /// The coefficients as healpy's `map2alm(iter=…)` finds them: equal weights and Jacobi iterations. Missing pixels
+    /// count as no fluctuation.
     pub(super) fn analyse(
         self,
         lmax: usize,
@@ -93,24 +94,17 @@ impl Maps {
             .into_iter()
             .map(|map| map.values)
             .collect::<Vec<_>>();
-        let (sum, count) = maps[0]
-            .iter()
-            .filter(|value| !is_missing(**value))
-            .fold((0.0, 0_u64), |(sum, count), value| (sum + value, count + 1));
-        let mean = if count > 0 { sum / count as f64 } else { 0.0 };
-        for value in &mut maps[0] {
-            *value = if is_missing(*value) {
-                0.0
+        for (index, map) in maps.iter_mut().enumerate() {
+            // Without fluctuation, intensity is its mean; Q and U, whose means mean nothing, are zero.
+            let (mean, _) = if index == 0 {
+                mean_std(map)
             } else {
-                *value - mean
+                (0.0, 0.0)
             };
-        }
-        for value in maps[1..]
-            .iter_mut()
-            .flatten()
-            .filter(|value| is_missing(**value))
-        {
-            *value = 0.0;
+            let fill = if mean.is_finite() { mean } else { 0.0 };
+            for value in map.iter_mut().filter(|value| is_missing(**value)) {
+                *value = fill;
+            }
         }
         let zero = vec![Complex::new(0.0, 0.0); alm::len(lmax)];
         let mut alms = vec![zero; maps.len()];
@@ -121,7 +115,6 @@ impl Maps {
             ([i, ..], [t, ..]) => plan.analysis(i, t, &how)?,
             _ => {}
         }
-        alms[0][0] += mean * (4.0 * std::f64::consts::PI).sqrt();
         Ok(Coefficients { lmax, alms })
     }
 }

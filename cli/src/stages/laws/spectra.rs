@@ -4,7 +4,8 @@ use crate::Error;
 use crate::sht::{Analysis, ShtPlan};
 use crate::stages::intensity::mean;
 use dust3d_kernels::healpix::missing::is_missing;
-use dust3d_kernels::spectra::{Cov2, alm_len, cross_spectrum, fit_power_law};
+use dust3d_kernels::sht::alm;
+use dust3d_kernels::spectra::{Cov2, cross_spectrum, fit_power_law};
 use num_complex::Complex;
 
 /// What the layers' T and β maps are made from.
@@ -77,7 +78,7 @@ pub(super) fn analyse(
     x: &[f64],
     y: &[f64],
 ) -> Result<(Vec<Complex<f64>>, Vec<Complex<f64>>), Error> {
-    let zero = vec![Complex::new(0.0, 0.0); alm_len(plan.lmax())];
+    let zero = vec![Complex::new(0.0, 0.0); alm::len(plan.lmax())];
     let (mut a, mut b) = (zero.clone(), zero);
     plan.analysis_batch(&[x, y], &mut [&mut a, &mut b], &Analysis::default())?;
     Ok((a, b))

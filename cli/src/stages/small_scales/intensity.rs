@@ -13,8 +13,9 @@ use crate::parallel;
 use crate::sht::{Analysis, ShtPlan};
 use dust3d_kernels::fit::find_root;
 use dust3d_kernels::healpix::Nside;
+use dust3d_kernels::sht::alm;
 use dust3d_kernels::simd::Level;
-use dust3d_kernels::spectra::{PowerLaw, alm_len, cross_spectrum};
+use dust3d_kernels::spectra::{PowerLaw, cross_spectrum};
 use num_complex::Complex;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -169,7 +170,7 @@ impl<'a> PowerMatch<'a> {
         Self {
             wanted: range.clone().map(|l| law.at(l).ln()).sum::<f64>() / count,
             range,
-            alm: vec![Complex::new(0.0, 0.0); alm_len(lmax)],
+            alm: vec![Complex::new(0.0, 0.0); alm::len(lmax)],
             spectrum: vec![0.0; lmax + 1],
             plan,
             layer,

@@ -20,9 +20,9 @@ use crate::Error;
 use crate::config::SmallScales;
 use crate::parallel;
 use crate::sht::{Analysis, ShtPlan};
+use dust3d_kernels::sht::alm;
 use dust3d_kernels::spectra::{
-    PowerLaw, alm_len, beam_complement, cross_spectrum, fit_amplitude, fit_power_law, fit_range,
-    scale_by_l,
+    PowerLaw, beam_complement, cross_spectrum, fit_amplitude, fit_power_law, fit_range, scale_by_l,
 };
 use num_complex::Complex;
 
@@ -85,7 +85,7 @@ struct Harmonics {
 
 impl Harmonics {
     fn analyse(plan: &mut ShtPlan, maps: &StokesMaps) -> Result<Self, Error> {
-        let zero = vec![Complex::new(0.0, 0.0); alm_len(plan.lmax())];
+        let zero = vec![Complex::new(0.0, 0.0); alm::len(plan.lmax())];
         let (mut t, mut e, mut b) = (zero.clone(), zero.clone(), zero);
         plan.analysis_mixed(
             &[&maps.i],

@@ -3,6 +3,7 @@
 use super::super::faces::FacePixel;
 use super::super::layout::{self, RingPixel, first_pixel, is_shifted, quarter_length, ring_above};
 use super::super::ring::location_valid;
+use super::super::vector::{self, Arc, Disc};
 use super::super::{Location, Nside, faces};
 use super::emit::Emitter;
 use super::{Inclusion, squared_chord};
@@ -35,7 +36,7 @@ use core::ops::Range;
 /// # Ok::<(), dust3d_kernels::Error>(())
 /// ```
 pub fn ring_ranges(
-    _level: Level,
+    level: Level,
     nside: Nside,
     centre: Location,
     radius: f64,
@@ -54,9 +55,16 @@ pub fn ring_ranges(
         return Ok(());
     }
     let (north, south) = ring_span(nside, centre, rim.reach);
-    for ring in north..=south {
-        if let Some((west, east)) = rim.on_ring(ring) {
-            push_wrapped(&mut out, nside, ring, west, east);
+    if vector::fits(nside) {
+        match rim.check {
+            None => vector::arcs(level, &rim.disc, north, south, &mut |arc| out.push_arc(arc)),
+            Some(_) => vector::arcs(level, &rim.disc, north, south, &mut |arc| {
+                out.push_arc(rim.trimmed(arc));
+            }),
+        }
+    } else {
+        for ring in north..=south {
+            out.push_arc(rim.trimmed(rim.arc(ring)));
         }
     }
     out.finish();
@@ -80,42 +88,33 @@ fn ring_span(nside: Nside, centre: Location, reach: f64) -> (u64, u64) {
     (north, south)
 }
 
-/// Gives the places `west` ..= `east` of a ring, which may be negative or pass its end, but are fewer than its length.
-#[inline]
-fn push_wrapped<F: FnMut(Range<u64>)>(
-    out: &mut Emitter<F>,
-    nside: Nside,
-    ring: u64,
-    west: i64,
-    east: i64,
-) {
-    let n = nside.get();
-    let first = first_pixel(n, ring);
-    let len = 4 * quarter_length(n, ring);
-    let count = (east - west + 1).cast_unsigned();
-    if count >= len {
-        return out.push(first..first + len);
-    }
-    let west = west.rem_euclid(len.cast_signed()).cast_unsigned();
-    let end = west + count;
-    if end > len {
-        out.push(first..first + (end - len));
-        out.push(first + west..first + len);
-    } else {
-        out.push(first + west..first + end);
+impl<F: FnMut(Range<u64>)> Emitter<F> {
+    /// Gives the pixels of an arc.
+    #[inline]
+    fn push_arc(&mut self, arc: Arc) {
+        let Arc {
+            first,
+            len,
+            west,
+            count,
+            ..
+        } = arc;
+        if count >= len {
+            self.push(first..first + len);
+        } else if west + count > len {
+            self.push(first..first + (west + count - len));
+            self.push(first + west..first + len);
+        } else {
+            self.push(first + west..first + west + count);
+        }
     }
 }
 
 /// The limit of a disc, and how to cut a ring with it.
 struct Rim {
-    nside: Nside,
-    centre: Location,
-    /// φ₀ in quarter turns.
-    turns: f64,
     /// Centres farther than this from the centre do not count, rad.
     reach: f64,
-    /// 4 sin²(reach/2).
-    chord2: f64,
+    disc: Disc,
     check: Option<SubPixels>,
 }
 
@@ -138,7 +137,6 @@ impl Rim {
         let (reach, check) = match inclusion {
             Inclusion::Centres => (radius, None),
             Inclusion::Overlapping { fact } => {
-                let reach = radius + nside.max_pixel_radius();
                 let fine = u64::from(fact) * nside.get();
                 let fine = Nside::new(fine)
                     .map_err(|_| domain("fact · nside in 1 … 2^29", fine as f64))?;
@@ -149,59 +147,107 @@ impl Rim {
                     chord2: squared_chord(small.min(PI)),
                     home: FacePixel::from_location(nside, centre),
                 });
-                (if small >= PI { small } else { reach.min(PI) }, check)
+                // The whole sphere only where even the sub-pixels say so.
+                let reach = (radius + nside.max_pixel_radius()).min(PI.next_down());
+                (if small >= PI { small } else { reach }, check)
             }
         };
         Ok(Self {
-            nside,
-            centre,
-            turns: faces::quarter_turns(centre.phi),
             reach,
-            chord2: squared_chord(reach.min(PI)),
+            disc: Disc {
+                nside,
+                centre,
+                turns: faces::quarter_turns(centre.phi),
+                chord2: squared_chord(reach.min(PI)),
+            },
             check,
         })
     }
 
-    /// First and last place of the disc on a ring.
-    #[inline]
-    fn on_ring(&self, ring: u64) -> Option<(i64, i64)> {
-        let n = self.nside.get();
-        let (z, s) = layout::latitude(self.nside, ring);
-        let (dz, ds) = (z - self.centre.z, s - self.centre.sin_theta);
-        let room = self.chord2 - dz * dz - ds * ds;
-        if room < 0.0 {
-            return None;
-        }
-        let quarter = quarter_length(n, ring) as f64;
-        let sine2 = room / (4.0 * s * self.centre.sin_theta);
-        let shift = if is_shifted(n, ring) { 0.5 } else { 0.0 };
-        let at = self.turns * quarter - shift;
-        // NaN (a rim that touches the pole) is a whole ring.
-        let (mut west, mut east) = if sine2 < 1.0 {
-            let half = 2.0 * scalar::asin(scalar::sqrt(sine2)) * FRAC_2_PI * quarter;
-            (-scalar::floor(half - at), scalar::floor(at + half))
-        } else {
-            let half = 2.0 * quarter;
-            (scalar::floor(at - half) + 1.0, scalar::floor(at + half))
+    /// The disc's arc on a ring, by scalar arithmetic; see `vector::rim`.
+    fn arc(&self, ring: u64) -> Arc {
+        let Disc {
+            nside,
+            centre,
+            turns,
+            chord2,
+        } = self.disc;
+        let n = nside.get();
+        let quarter = quarter_length(n, ring);
+        let whole = Arc {
+            ring,
+            first: first_pixel(n, ring),
+            len: 4 * quarter,
+            west: 0,
+            count: 4 * quarter,
         };
-        if let Some(check) = &self.check {
-            while west <= east && !check.overlaps(self, ring, west as i64) {
-                west += 1.0;
+        let (z, s) = layout::latitude(nside, ring);
+        let (dz, ds) = (z - centre.z, s - centre.sin_theta);
+        let room = chord2 - dz * dz - ds * ds;
+        if room < 0.0 {
+            return Arc { count: 0, ..whole };
+        }
+        let sine2 = room / (4.0 * s * centre.sin_theta);
+        let quarter = quarter as f64;
+        let shift = if is_shifted(n, ring) { 0.5 } else { 0.0 };
+        let at = turns * quarter - shift;
+        let wrapped = |place: f64| {
+            (place as i64)
+                .rem_euclid(whole.len.cast_signed())
+                .cast_unsigned()
+        };
+        // NaN (a rim that touches the pole) is a whole ring.
+        if sine2 < 1.0 {
+            let half = 2.0 * scalar::asin(scalar::sqrt(sine2)) * FRAC_2_PI * quarter;
+            let (west, east) = (-scalar::floor(half - at), scalar::floor(at + half));
+            Arc {
+                west: wrapped(west),
+                count: ((east - west + 1.0) as u64).min(whole.len),
+                ..whole
             }
-            while west < east && !check.overlaps(self, ring, east as i64) {
-                east -= 1.0;
+        } else {
+            Arc {
+                west: wrapped(scalar::floor(at - 2.0 * quarter) + 1.0),
+                ..whole
             }
         }
-        (west <= east).then_some((west as i64, east as i64))
+    }
+
+    /// The arc without those pixels at its ends that do not overlap with the disc.
+    fn trimmed(&self, arc: Arc) -> Arc {
+        let Some(check) = &self.check else {
+            return arc;
+        };
+        let Arc {
+            ring,
+            len,
+            mut west,
+            mut count,
+            ..
+        } = arc;
+        let overlaps = |place: u64| {
+            let index = if place < len { place } else { place - len };
+            check.overlaps(&self.disc, RingPixel { ring, index })
+        };
+        while count > 0 && !overlaps(west) {
+            west += 1;
+            count -= 1;
+        }
+        while count > 1 && !overlaps(west + count - 1) {
+            count -= 1;
+        }
+        Arc {
+            west: if west < len { west } else { west - len },
+            count,
+            ..arc
+        }
     }
 }
 
 impl SubPixels {
     /// Is one of the sub-pixels along the border near enough, or is this the pixel of the centre?
-    fn overlaps(&self, rim: &Rim, ring: u64, index: i64) -> bool {
-        let len = 4 * quarter_length(rim.nside.get(), ring);
-        let index = index.rem_euclid(len.cast_signed()).cast_unsigned();
-        let pixel = FacePixel::from_ring(rim.nside, RingPixel { ring, index });
+    fn overlaps(&self, disc: &Disc, at: RingPixel) -> bool {
+        let pixel = FacePixel::from_ring(disc.nside, at);
         if pixel == self.home {
             return true;
         }
@@ -216,7 +262,7 @@ impl SubPixels {
                         y: y + dy,
                     };
                     let sub = location_valid(self.nside, sub.to_ring(self.nside));
-                    chord2_between(sub, rim.centre) < self.chord2
+                    chord2_between(sub, disc.centre) < self.chord2
                 })
         })
     }

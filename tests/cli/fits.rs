@@ -365,6 +365,18 @@ fn wrong_keywords_are_named() {
 }
 
 #[test]
+fn images_without_planes_are_refused() {
+    let bytes = std::fs::read(data("image_iqu.fits")).expect("the file");
+    for count in ["0", "2", "1000000000"] {
+        let mut changed = bytes[..2880].to_vec();
+        changed.extend(with_card(&bytes[2880..], "NAXIS2", count));
+        let read = read_bytes(&changed, "x.fits", &Selection::default(), None);
+        // Two planes are there, none or a billion are not.
+        assert_eq!(read.is_ok(), count == "2", "{count} planes");
+    }
+}
+
+#[test]
 fn lists_of_pixels_are_checked() {
     let bytes = std::fs::read(data("partial_nested_f32.fits")).expect("the file");
     // The first row begins at the third block: a 16-bit pixel and a float.

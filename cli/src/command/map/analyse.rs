@@ -3,6 +3,7 @@
 use super::super::session::Session;
 use super::harmonics::Maps;
 use crate::error::Result;
+use crate::io::fits::write::{self as fits, Provenance};
 use crate::io::manifest::InputRecord;
 use crate::io::{Manifest, RunDir};
 use std::path::PathBuf;
@@ -21,6 +22,9 @@ pub(in super::super) struct Args {
     /// Jacobi iterations
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(0..=100))]
     iter: u16,
+    /// Format of the coefficients: raw, or fits for one alm.fits that healpy's read_alm reads
+    #[arg(long, default_value = "raw", value_parser = ["raw", "fits"])]
+    format: String,
     /// Directory to make
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -51,8 +55,20 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             blake3: map.blake3.clone(),
         });
     }
+    let unit = maps.maps[0].unit.clone().unwrap_or_default();
     let coefficients = maps.analyse(lmax, args.iter.into(), session.level)?;
-    for (name, alm) in ["T", "E", "B"].into_iter().zip(&coefficients.alms) {
+    let named = ["T", "E", "B"].into_iter().zip(&coefficients.alms);
+    if args.format == "fits" {
+        let fields: Vec<_> = named.map(|(name, alm)| (name, alm.as_slice())).collect();
+        let mut bytes = Vec::new();
+        fits::alm(&fields, lmax, &unit, &Provenance::default(), &mut |part| {
+            bytes.extend_from_slice(part);
+            Ok(())
+        })?;
+        out.file("alm.fits", "a_lm, one HDU each", &bytes)?;
+        return out.finish(manifest).map(|_| ());
+    }
+    for (name, alm) in named {
         out.alm(
             name,
             &format!("a_lm of {name}, l-index fastest, m from 0"),

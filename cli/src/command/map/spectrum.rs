@@ -4,10 +4,11 @@ use super::super::print;
 use super::super::session::Session;
 use super::harmonics::Maps;
 use crate::error::Result;
+use crate::io::fits::write::{self as fits, Provenance};
 use crate::io::output::write_atomically;
 use crate::kernels::spectra::cross_spectrum;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -23,7 +24,7 @@ pub(in super::super) struct Args {
     /// Jacobi iterations of the analysis
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(0..=100))]
     iter: u16,
-    /// Write the table here (CSV) instead of printing it
+    /// Write the table here instead of printing it: CSV, or .fits that healpy's read_cl reads
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -37,6 +38,7 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             maps.missing
         ));
     }
+    let unit = maps.maps[0].unit.clone();
     let coefficients = maps.analyse(lmax, args.iter.into(), session.level)?;
     let pairs: &[(&str, usize, usize)] = match coefficients.alms.len() {
         3 => &[
@@ -61,6 +63,9 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         spectra.push(spectrum);
         let _ = write!(text, ",{name}");
     }
+    if let Some(path) = args.out.as_deref().filter(|path| is_fits(path)) {
+        return write_fits(path, pairs, &spectra, unit.as_deref());
+    }
     text.push('\n');
     for l in 0..=coefficients.lmax {
         let _ = write!(text, "{l}");
@@ -73,4 +78,42 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         Some(path) => write_atomically(path, text.as_bytes()),
         None => print(&text),
     }
+}
+
+fn is_fits(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("fits"))
+}
+
+/// One column per spectrum, with healpy's names.
+fn write_fits(
+    path: &Path,
+    pairs: &[(&str, usize, usize)],
+    spectra: &[Vec<f64>],
+    unit: Option<&str>,
+) -> Result<()> {
+    let unit = unit.map(|unit| format!("({unit})^2")).unwrap_or_default();
+    let name = |pair: &str| match pair {
+        "TT" => "TEMPERATURE",
+        "EE" => "GRADIENT",
+        "BB" => "CURL",
+        "TE" => "G-T",
+        "TB" => "C-T",
+        _ => "C-G",
+    };
+    // healpy's order: TT EE BB TE TB EB, unlike that of the table.
+    let mut columns: Vec<_> = pairs
+        .iter()
+        .zip(spectra)
+        .map(|((pair, _, _), values)| (name(pair), unit.as_str(), values.as_slice()))
+        .collect();
+    if columns.len() == 6 {
+        columns.swap(4, 5);
+    }
+    let mut bytes = Vec::new();
+    fits::spectra(&columns, &Provenance::default(), &mut |part| {
+        bytes.extend_from_slice(part);
+        Ok(())
+    })?;
+    write_atomically(path, &bytes)
 }

@@ -141,7 +141,9 @@ impl Hdu {
         let elements: u64 = axes.iter().product();
         let planes = match axes.as_slice() {
             _ if nside_of(elements).is_some() => 1,
-            [rest @ .., planes] if nside_of(rest.iter().product()).is_some() => *planes,
+            [rest @ .., planes] if *planes > 0 && nside_of(rest.iter().product()).is_some() => {
+                *planes
+            }
             _ => return Ok(Vec::new()),
         };
         let bitpix = self.header.integer("BITPIX")?.unwrap_or_default();

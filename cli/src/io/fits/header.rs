@@ -136,6 +136,12 @@ impl Header {
             Value::Undefined => "nothing".to_owned(),
             Value::Broken(text) => format!("`{}`", text.escape_debug()),
         };
+        if matches!(value, Value::Broken(text) if text.contains(|c| !(' '..='~').contains(&c))) {
+            return self.place.refuse(
+                key,
+                format_args!("{shown} holds a character that no header may hold; the file is damaged, copy or download it again"),
+            );
+        }
         self.place.refuse(
             key,
             format_args!(

@@ -34,7 +34,7 @@ fn functions(c: &mut Criterion) {
         ($name:literal, $scalar:expr, $lanes:expr) => {
             let scalar: fn(f64) -> f64 = $scalar;
             for level in Level::available() {
-                let mut run = |out: &mut [f64]| {
+                let run = |out: &mut [f64]| {
                     dispatch!(level, |token: L| map::<L>(
                         token,
                         &x,
@@ -89,7 +89,7 @@ fn planck(c: &mut Criterion) {
             1e-14
         )));
         group.bench_function(BenchmarkId::new(level.name(), N), |b| {
-            b.iter(|| run(black_box(&mut out)))
+            b.iter(|| run(black_box(&mut out)));
         });
     }
     group.bench_function(BenchmarkId::new("scalar", N), |b| {
@@ -181,7 +181,7 @@ fn fit(c: &mut Criterion) {
                 fit_into(level, &fit, &maps, &mut tau, &mut t, &mut beta, None).expect("lengths")
             };
             group.bench_function(BenchmarkId::new(format!("{name}/{level}"), N), |b| {
-                b.iter(&mut run)
+                b.iter(&mut run);
             });
         }
     }

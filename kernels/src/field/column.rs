@@ -51,6 +51,23 @@ pub fn columns_into(
     Ok(())
 }
 
+/// What the density needs at every point, in lanes.
+#[derive(Clone, Copy)]
+struct Disc<L> {
+    per_radius: L,
+    per_height: L,
+    sun: L,
+}
+
+/// Eight directions, by component.
+#[derive(Clone, Copy)]
+struct Directions<L> {
+    x: L,
+    y: L,
+    z: L,
+}
+
+// Plain functions, not closures: a closure is compiled without the level's instructions.
 #[inline(always)]
 fn columns<L: Lanes>(
     token: L::Token,
@@ -60,35 +77,30 @@ fn columns<L: Lanes>(
     directions: &[[f64; 3]],
     out: &mut [&mut [f64]],
 ) {
-    let per_radius = L::splat(token, -1.0 / density.h_r_kpc);
-    let per_height = L::splat(token, -2.0 / density.h_z_kpc);
-    let sun = L::splat(token, -r_sun_kpc);
-    let one = L::splat(token, 1.0);
+    let disc = Disc {
+        per_radius: L::splat(token, -1.0 / density.h_r_kpc),
+        per_height: L::splat(token, -2.0 / density.h_z_kpc),
+        sun: L::splat(token, -r_sun_kpc),
+    };
     for (block, chunk) in directions.chunks(8).enumerate() {
-        let component = |k: usize| {
-            let mut lanes = [0.0; 8];
-            for (lane, direction) in lanes.iter_mut().zip(chunk) {
-                *lane = direction[k];
+        let mut components = [[0.0; 8]; 3];
+        for (lane, direction) in chunk.iter().enumerate() {
+            for (component, x) in components.iter_mut().zip(direction) {
+                component[lane] = *x;
             }
-            L::load(token, &lanes)
-        };
-        let (x, y, z) = (component(0), component(1), component(2));
-        let density_at = |r: f64| {
-            let r = L::splat(token, r);
-            let (px, py) = (r.mul_add(x, sun), r * y);
-            let radius = (px * px + py * py).sqrt();
-            // sech² = 4 e^−2|x| / (1 + e^−2|x|)².
-            let e = math::exp(token, (r * z).abs() * per_height);
-            let s = one + e;
-            math::exp(token, radius * per_radius) * e / (s * s)
+        }
+        let towards = Directions {
+            x: L::load(token, &components[0]),
+            y: L::load(token, &components[1]),
+            z: L::load(token, &components[2]),
         };
         for (edges, map) in edges_kpc.windows(2).zip(out.iter_mut()) {
             let &[near, far] = edges else { continue };
             let (centre, half) = (0.5 * (near + far), 0.5 * (far - near));
             let mut sum = L::splat(token, 0.0);
             for (abscissa, weight) in RULE {
-                let pair =
-                    density_at(centre - half * abscissa) + density_at(centre + half * abscissa);
+                let pair = density_at::<L>(token, disc, towards, centre - half * abscissa)
+                    + density_at::<L>(token, disc, towards, centre + half * abscissa);
                 sum = pair.mul_add(L::splat(token, weight), sum);
             }
             let column = sum * L::splat(token, 4.0 * half);
@@ -97,4 +109,15 @@ fn columns<L: Lanes>(
             }
         }
     }
+}
+
+/// A quarter of n_d at distance `r` (kpc) in eight directions: sech² = 4 e^−2|x| / (1 + e^−2|x|)².
+#[inline(always)]
+fn density_at<L: Lanes>(token: L::Token, disc: Disc<L>, towards: Directions<L>, r: f64) -> L {
+    let r = L::splat(token, r);
+    let (px, py) = (r.mul_add(towards.x, disc.sun), r * towards.y);
+    let radius = (px * px + py * py).sqrt();
+    let e = math::exp(token, (r * towards.z).abs() * disc.per_height);
+    let s = L::splat(token, 1.0) + e;
+    math::exp(token, radius * disc.per_radius) * e / (s * s)
 }

@@ -179,6 +179,10 @@ fn covered_mirrors(
 fn normalise(layers: &mut [&mut [f64]]) {
     let n = layers.first().map_or(0, |l| l.len());
     for p in 0..n {
+        // Interpolation weights can be negative by rounding.
+        for layer in layers.iter_mut() {
+            layer[p] = layer[p].max(0.0);
+        }
         let sum: f64 = layers.iter().map(|l| l[p]).sum();
         for layer in layers.iter_mut() {
             layer[p] /= sum;

@@ -31,6 +31,30 @@ pub fn scalar(map: &[f64], from: Nside, to: Nside, level: Level) -> Result<Vec<f
     Ok(out)
 }
 
+/// `map` *= `factor`, a map of the coarser grid `from`, interpolated.
+///
+/// # Errors
+/// If a map has another length than its Nside says.
+pub fn multiply(
+    map: &mut [f64],
+    nside: Nside,
+    factor: &[f64],
+    from: Nside,
+    level: Level,
+) -> Result<(), Error> {
+    map.par_chunks_mut(CHUNK)
+        .enumerate()
+        .try_for_each_init(Vec::new, |piece, (k, map)| {
+            piece.resize(map.len(), 0.0);
+            let first = (k * CHUNK) as u64;
+            resample::upgrade_bilinear_ring_range(level, from, nside, factor, first, piece)?;
+            for (x, f) in map.iter_mut().zip(piece.iter()) {
+                *x *= f;
+            }
+            Ok(())
+        })
+}
+
 /// Q and U (COSMO) on another grid.
 ///
 /// # Errors

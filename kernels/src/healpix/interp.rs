@@ -65,6 +65,17 @@ impl HalfRing {
         }
     }
 
+    fn source(self, map: &[f64], weight: f64) -> Option<Source<'_>> {
+        let first = usize::try_from(self.first).ok()?;
+        let end = first.checked_add(usize::try_from(self.len).ok()?)?;
+        Some(Source {
+            values: map.get(first..end)?,
+            quarter: self.quarter,
+            shift: self.shift,
+            weight,
+        })
+    }
+
     /// The centres west and east of a longitude of `turns` quarter turns, and the weight of the eastern one.
     #[inline]
     fn around(self, turns: f64) -> (u64, u64, f64) {
@@ -78,6 +89,41 @@ impl HalfRing {
         };
         let east = if west + 1 == self.len { 0 } else { west + 1 };
         (self.first + west, self.first + east, at - floor)
+    }
+}
+
+/// A ring of a map and its share of the interpolation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Source<'a> {
+    /// Values from west to east; not empty.
+    pub(super) values: &'a [f64],
+    /// Pixels in a quarter turn.
+    pub(super) quarter: f64,
+    /// Place of longitude 0 before the first centre, in spacings.
+    pub(super) shift: f64,
+    /// Weight of the ring.
+    pub(super) weight: f64,
+}
+
+impl Source<'_> {
+    /// Longitude in spacings from the first centre.
+    #[inline(always)]
+    pub(super) fn at(&self, turns: f64) -> f64 {
+        turns * self.quarter - self.shift
+    }
+
+    /// The values at the centres `west` and `west` + 1; −1 is the last one.
+    #[inline(always)]
+    pub(super) fn neighbours(&self, west: f64) -> (f64, f64) {
+        let last = self.values.len().saturating_sub(1);
+        let west = if west < 0.0 {
+            last
+        } else {
+            (west as usize).min(last)
+        };
+        let east = if west == last { 0 } else { west + 1 };
+        let value = |k: usize| self.values.get(k).copied().unwrap_or(0.0);
+        (value(west), value(east))
     }
 }
 
@@ -108,6 +154,17 @@ impl RingPair {
             pole,
             npix: nside.npix(),
         }
+    }
+
+    /// The two rings with their values and weights, north first; none next to a pole.
+    pub(super) fn sources<'a>(&self, map: &'a [f64]) -> Option<[Source<'a>; 2]> {
+        if self.pole != Pole::None {
+            return None;
+        }
+        Some([
+            self.north.source(map, 1.0 - self.weight)?,
+            self.south.source(map, self.weight)?,
+        ])
     }
 
     /// The stencil at a longitude of `turns` quarter turns, 0 ≤ `turns` < 4.

@@ -1,14 +1,27 @@
 //! Bilinear interpolation at the pixel centres of another grid.
 //!
 //! All centres of a ring share their two source rings and the weights between them; only longitude changes along it.
+//!
+//! ```text
+//! for each ring of `out`, between source rings N and S with weights n and s:
+//!     for each ring R of (N, S):
+//!         for each run of pixels between the same two centres w, e of R:
+//!             f ← longitude in R's spacings − w
+//!             out[run] += n_R ((1 − f) R[w] + f R[e])
+//! ```
+//!
+//! * A run is as long as the grid is finer; in it the pixels of the source are constants, so the inner loop has no
+//!   floor, no index and no branch, and the compiler makes vectors of it.
+//! * f, the weights and the order of the sum are those of [`interp`](super::super::interp): the bits are the same as
+//!   pixel by pixel, which is what is done next to the poles, where values are missing, and down to coarser grids.
 
-use super::super::interp::{RingPair, Stencil};
+use super::super::interp::{RingPair, Source, Stencil};
 use super::super::layout::{Ring, locate_valid};
 use super::super::missing::{MISSING, is_missing};
 use super::super::{Location, Nside};
 use super::{check_whole, copy_range};
-use crate::Error;
 use crate::simd::Level;
+use crate::{Error, dispatch};
 
 /// Interpolates a RING map at the pixel centres of another grid, usually a finer one.
 ///
@@ -38,7 +51,7 @@ pub fn upgrade_bilinear_ring(
 /// # Errors
 /// As [`upgrade_bilinear_ring`], and [`Error::Pixel`] where the range leaves the map.
 pub fn upgrade_bilinear_ring_range(
-    _level: Level,
+    level: Level,
     nside_in: Nside,
     nside_out: Nside,
     map: &[f64],
@@ -58,7 +71,7 @@ pub fn upgrade_bilinear_ring_range(
         let ring = Ring::valid(nside_out, at.ring);
         let on_ring = (ring.len() - at.index).min(rest.len() as u64);
         let (here, after) = rest.split_at_mut(on_ring as usize);
-        along_ring(nside_in, ring, at.index, map, here);
+        along_ring(level, nside_in, ring, at.index, map, here);
         rest = after;
         pixel += on_ring;
     }
@@ -66,19 +79,84 @@ pub fn upgrade_bilinear_ring_range(
 }
 
 /// Interpolates at consecutive centres of a ring, from place `index` on.
-fn along_ring(nside: Nside, ring: Ring, index: u64, map: &[f64], out: &mut [f64]) {
+fn along_ring(level: Level, nside: Nside, ring: Ring, index: u64, map: &[f64], out: &mut [f64]) {
     let location = Location {
         z: ring.z(),
         sin_theta: ring.sin_theta(),
         phi: 0.0,
     };
     let pair = RingPair::around(nside, location, ring.theta());
-    let quarter = (ring.len() / 4) as f64;
-    let shift = if ring.is_shifted() { 0.5 } else { 0.0 };
+    let centres = Centres {
+        quarter: (ring.len() / 4) as f64,
+        shift: if ring.is_shifted() { 0.5 } else { 0.0 },
+        first: index,
+    };
+    if let Some(sources) = pair.sources(map) {
+        let finer = sources.iter().all(|s| s.quarter < centres.quarter);
+        let complete = |s: &Source<'_>| !s.values.iter().any(|&x| is_missing(x));
+        if finer && sources.iter().all(complete) {
+            out.fill(0.0);
+            for source in &sources {
+                dispatch!(level, |_token: _L| add_ring(source, &centres, out));
+            }
+            return;
+        }
+    }
     for (index, out) in (index..).zip(out) {
-        let turns = (index as f64 + shift) / quarter;
+        let turns = (index as f64 + centres.shift) / centres.quarter;
         *out = weighted_mean(map, pair.stencil(turns));
     }
+}
+
+/// Consecutive pixel centres on a ring.
+struct Centres {
+    quarter: f64,
+    shift: f64,
+    first: u64,
+}
+
+/// out += the interpolation on one source ring, times the ring's weight.
+#[inline(always)]
+fn add_ring(source: &Source<'_>, centres: &Centres, out: &mut [f64]) {
+    let n = out.len();
+    let mut start = 0;
+    while start < n {
+        let west = floor(source.at(centres.turns(start)));
+        // The estimate of where the next interval begins is right but for rounding.
+        let next = (west + 1.0 + source.shift) / source.quarter * centres.quarter - centres.shift;
+        let mut end = (next - centres.first as f64).clamp(start as f64 + 1.0, n as f64) as usize;
+        while end < n && floor(source.at(centres.turns(end))) == west {
+            end += 1;
+        }
+        while end > start + 1 && floor(source.at(centres.turns(end - 1))) > west {
+            end -= 1;
+        }
+        let (value_west, value_east) = source.neighbours(west);
+        let Some(run) = out.get_mut(start..end) else {
+            return;
+        };
+        for (k, out) in run.iter_mut().enumerate() {
+            let east = source.at(centres.turns(start + k)) - west;
+            *out += (1.0 - east) * source.weight * value_west;
+            *out += east * source.weight * value_east;
+        }
+        start = end;
+    }
+}
+
+impl Centres {
+    /// Longitude of the k-th centre in quarter turns.
+    #[inline(always)]
+    fn turns(&self, k: usize) -> f64 {
+        ((self.first + k as u64) as f64 + self.shift) / self.quarter
+    }
+}
+
+/// Longitudes lie within 2³⁰ spacings of 0, where the integer conversion is exact and the fastest floor.
+#[inline(always)]
+fn floor(x: f64) -> f64 {
+    let whole = x as i64 as f64;
+    if whole > x { whole - 1.0 } else { whole }
 }
 
 #[inline]

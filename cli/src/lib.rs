@@ -9,6 +9,7 @@
 //! | [`plot`] | pictures of maps |
 //! | [`progress`] | who listens to a run |
 //! | [`pipeline`], [`stages`] | the stages and their order |
+//! | [`store`] | maps between stages, in memory or on disk |
 //! | [`sht`] | spherical harmonic transforms |
 //! | [`error`] | the one error type |
 
@@ -23,6 +24,7 @@ pub mod progress;
 pub mod random;
 pub mod sht;
 pub mod stages;
+pub mod store;
 
 pub use config::Config;
 pub use dust3d_kernels as kernels;

@@ -14,6 +14,8 @@ pub struct Config {
     /// The one seed of all random draws.
     #[serde(deserialize_with = "seed_from")]
     pub seed: u64,
+    /// Seed of the built-in sky; `None` = `seed`.
+    pub sky_seed: Option<u64>,
     /// Frequencies of the emission maps, GHz; `"100um"` in TOML stands for 2997.92458.
     #[serde(deserialize_with = "frequencies_from")]
     pub frequencies: Vec<f64>,
@@ -45,6 +47,7 @@ impl Default for Config {
             nside: 64,
             lmax: None,
             seed: 1,
+            sky_seed: None,
             frequencies: vec![143.0, 217.0, 353.0],
             threads: 0,
             inputs: Inputs::default(),

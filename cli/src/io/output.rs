@@ -7,6 +7,7 @@ use super::raw::encode_raw;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
 use crate::kernels::Complex;
+use rayon::prelude::*;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,8 @@ use std::sync::Mutex;
 
 /// Values encoded, hashed and written at a time.
 const CHUNK: usize = 1 << 16;
+/// Chunks encoded together.
+const BATCH: usize = 16;
 
 /// A directory in the making. Files are written under a temporary name beside the final one; [`finish`](Self::finish)
 /// writes the manifest and moves the directory to its place. Dropped before that, it leaves nothing behind.
@@ -87,20 +90,60 @@ impl RunDir {
         values: &[f64],
         dtype: Dtype,
     ) -> Result<()> {
+        let mut map = self.begin_map(stem, quantity, unit, nside, dtype)?;
+        map.append(values)?;
+        map.finish()
+    }
+
+    /// Begins a map, as [`map`](Self::map), that comes piece by piece.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn begin_map(
+        &self,
+        stem: &str,
+        quantity: &str,
+        unit: &str,
+        nside: u32,
+        dtype: Dtype,
+    ) -> Result<MapWriter<'_>> {
         let name = format!("{stem}.{}", dtype.name());
-        let mut file = self.begin(&name)?;
-        for chunk in values.chunks(CHUNK) {
-            file.write(&encode_raw(chunk, dtype))?;
+        Ok(MapWriter {
+            dir: self,
+            file: self.begin(&name)?,
+            dtype,
+            record: FileRecord {
+                path: name,
+                quantity: quantity.to_owned(),
+                unit: Some(unit.to_owned()),
+                nside: Some(nside),
+                dtype: Some(dtype.name().to_owned()),
+                blake3: String::new(),
+            },
+        })
+    }
+
+    /// Takes over files of a finished run: as further names of the same files where the system allows it, else copied.
+    ///
+    /// # Errors
+    /// A file can be neither linked nor copied.
+    pub fn adopt(&self, from: &Path, files: &[FileRecord]) -> Result<()> {
+        for file in files {
+            check_interrupt()?;
+            let (source, to) = (from.join(&file.path), self.path(&file.path));
+            make_parent(&to)?;
+            if fs::hard_link(&source, &to).is_err() {
+                fs::copy(&source, &to).map_err(|cause| Error::io("copy", &source, &cause))?;
+            }
+            self.record(file.clone())?;
         }
-        let record = FileRecord {
-            path: name,
-            quantity: quantity.to_owned(),
-            unit: Some(unit.to_owned()),
-            nside: Some(nside),
-            dtype: Some(dtype.name().to_owned()),
-            blake3: file.finish()?,
-        };
-        self.record(record)
+        Ok(())
+    }
+
+    /// The files written so far.
+    #[must_use]
+    pub fn records(&self) -> Vec<FileRecord> {
+        self.files.lock().map(|f| f.clone()).unwrap_or_default()
     }
 
     /// Writes the coefficients `stem`.c128 in healpy's order.
@@ -181,10 +224,7 @@ impl RunDir {
     pub(super) fn begin(&self, name: &str) -> Result<Hashed> {
         check_interrupt()?;
         let path = self.path(name);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent)
-                .map_err(|cause| Error::io("make the directory", parent, &cause))?;
-        }
+        make_parent(&path)?;
         Hashed::create(path, self.target.join(name))
     }
 
@@ -193,6 +233,55 @@ impl RunDir {
             files.push(record);
         }
         Ok(())
+    }
+}
+
+fn make_parent(path: &Path) -> Result<()> {
+    match path.parent() {
+        Some(parent) => fs::create_dir_all(parent)
+            .map_err(|cause| Error::io("make the directory", parent, &cause)),
+        None => Ok(()),
+    }
+}
+
+/// A map of a run that is written piece by piece.
+#[derive(Debug)]
+pub struct MapWriter<'a> {
+    dir: &'a RunDir,
+    file: Hashed,
+    dtype: Dtype,
+    record: FileRecord,
+}
+
+impl MapWriter<'_> {
+    /// Writes the next values.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn append(&mut self, values: &[f64]) -> Result<()> {
+        // Encoding and hashing are on a par with the copy into the system's cache: the first is shared among threads.
+        for batch in values.chunks(BATCH * CHUNK) {
+            let encoded: Vec<Vec<u8>> = batch
+                .par_chunks(CHUNK)
+                .map(|chunk| encode_raw(chunk, self.dtype))
+                .collect();
+            for bytes in encoded {
+                self.file.write(&bytes)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// None at present; the result is for those of closing.
+    pub fn finish(self) -> Result<()> {
+        let record = FileRecord {
+            blake3: self.file.finish()?,
+            ..self.record
+        };
+        self.dir.record(record)
     }
 }
 
@@ -246,6 +335,7 @@ pub(super) fn write_streamed(
 }
 
 /// A file that is hashed as it is written.
+#[derive(Debug)]
 pub(super) struct Hashed {
     file: File,
     hasher: blake3::Hasher,

@@ -17,16 +17,17 @@ use super::{field, regrid};
 use crate::Error;
 use crate::io::inputs::modulus_label;
 use crate::io::{InputMap, Inputs};
-use crate::parallel;
+use crate::parallel::{self, CHUNK};
 use crate::random::{Stage, white_alm};
 use crate::sht::ShtPlan;
+use crate::store::slabs;
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
 use dust3d_kernels::healpix::missing::MISSING;
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::planck::spectrum::planck_scalar;
 use dust3d_kernels::simd::Level;
-use dust3d_kernels::spectra::{beam, scale_by_l};
+use dust3d_kernels::spectra::{beam, log_normal_into, scale_by_l};
 use dust3d_kernels::units::{NU_100UM_GHZ, NU0_GHZ};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -61,90 +62,51 @@ pub fn distance_kpc(modulus: f64) -> f64 {
     10_f64.powf(modulus / 5.0 - 2.0)
 }
 
-/// Makes the built-in sky on the grid of `plan` from a seed.
+/// Frequencies of the maps for validation: name, GHz, whether there is Q and U.
+const OTHERS: [(&str, f64, bool); 5] = [
+    ("143", 143.0, true),
+    ("217", 217.0, true),
+    ("545", 545.0, false),
+    ("857", 857.0, false),
+    ("2998", NU_100UM_GHZ, false),
+];
+
+/// Makes the built-in sky on the grid of `plan` from a seed, without the maps that serve validation alone.
 ///
 /// # Errors
 /// Those of the kernels; none for a valid plan.
 pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Error> {
     let nside = plan.nside();
-    let mut shells = shells(plan, seed, level)?;
-    for k in 1..BINS {
-        let (nearer, this) = shells.split_at_mut(k);
-        accumulate(&nearer[k - 1], &mut this[0]);
-    }
-    let mut cumulative = shells;
-
+    let Reddening { mut edges, cube } = reddening(plan, seed, level)?;
     let cube_nside = Nside::new(nside.get().min(CUBE_NSIDE))?;
-    let mut cube = cumulative
-        .iter()
-        .map(|map| regrid::scalar(map, nside, cube_nside, level))
-        .collect::<Result<Vec<_>, _>>()?;
-    let footprint = (0..cube_nside.npix())
-        .map(|p| Ok(declination_deg(ring::pix2vec(cube_nside, p)?) > LEAST_DECLINATION))
-        .collect::<Result<Vec<bool>, Error>>()?;
     let scale = MEDIAN_REDDENING / high_latitude_median(&cube[BINS - 1], cube_nside)?;
-    for map in &mut cube {
-        for (x, &inside) in map.iter_mut().zip(&footprint) {
-            if !inside {
-                *x = MISSING;
-            }
-        }
-    }
-    for x in cube.iter_mut().flatten().filter(|x| **x != MISSING) {
-        *x *= scale;
-    }
-    cumulative
-        .par_iter_mut()
-        .flatten()
-        .for_each(|x| *x *= scale);
+    let cube = footprint(cube, cube_nside, scale)?;
 
-    let tau: Vec<f64> = cumulative[BINS - 1]
-        .iter()
-        .map(|ebv| ebv / REDDENING_PER_TAU)
-        .collect();
+    let (q_fraction, u_fraction) = polarisation(plan, seed, &edges, level)?;
+    let mut tau = edges.pop().unwrap_or_default();
+    drop(edges);
+    tau.par_iter_mut()
+        .for_each(|x| *x *= scale / REDDENING_PER_TAU);
     let (t, beta) = laws(plan, seed)?;
-    let i: Vec<f64> = tau
-        .iter()
-        .zip(&t)
-        .map(|(tau, &t)| tau * planck_scalar(NU0_GHZ, t))
-        .collect();
-    let (q_fraction, u_fraction) = polarisation(plan, seed, &cumulative, level)?;
-    drop(cumulative);
-    let (q, u) = (product(&q_fraction, &i), product(&u_fraction, &i));
+    let i = parallel::map(tau.len(), |range, out| {
+        for ((i, tau), &t) in out.iter_mut().zip(&tau[range.clone()]).zip(&t[range]) {
+            *i = tau * planck_scalar(NU0_GHZ, t);
+        }
+    });
+    let (q, u) = (product(q_fraction, &i), product(u_fraction, &i));
 
     let mut maps = BTreeMap::new();
-    let mut put = |name: &str, unit: &str, values: Vec<f64>| {
-        maps.insert(
-            name.to_owned(),
-            InputMap::generated(name, unit, nside.get() as u32, values),
-        );
-    };
-    let names = ["143", "217", "545", "857", "2998"];
-    let bands = [143.0, 217.0, 545.0, 857.0, NU_100UM_GHZ]
-        .into_iter()
-        .map(emission::monochromatic)
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut others: Vec<emission::Stokes> = (0..names.len())
-        .map(|_| std::array::from_fn(|_| vec![0.0; i.len()]))
-        .collect();
-    let layer = Layer {
-        stokes: [&i, &q, &u],
-        law: Law::Maps { t: &t, beta: &beta },
-    };
-    emission::add_layer(level, &bands, &layer, &mut others)?;
-    for (nu, [i, q, u]) in names.into_iter().zip(others) {
-        put(&format!("I_{nu}"), "MJy/sr", i);
-        if matches!(nu, "143" | "217") {
-            put(&format!("Q_{nu}"), "MJy/sr", q);
-            put(&format!("U_{nu}"), "MJy/sr", u);
-        }
+    for (name, unit, values) in [
+        ("I_353", "MJy/sr", i),
+        ("Q_353", "MJy/sr", q),
+        ("U_353", "MJy/sr", u),
+        ("tau", "", tau),
+        ("T", "K", t),
+        ("beta", "", beta),
+    ] {
+        let map = InputMap::generated(name, unit, nside.get() as u32, values);
+        maps.insert(name.to_owned(), map);
     }
-    put("I_353", "MJy/sr", i);
-    put("Q_353", "MJy/sr", q);
-    put("U_353", "MJy/sr", u);
-    put("tau", "", tau);
-    put("T", "K", t);
-    put("beta", "", beta);
     let cube = cube
         .into_iter()
         .enumerate()
@@ -158,52 +120,130 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
     Ok(Inputs { maps, cube })
 }
 
-fn product(x: &[f64], y: &[f64]) -> Vec<f64> {
-    x.iter().zip(y).map(|(x, y)| x * y).collect()
+/// Shows the maps for validation that go with [`observe`]'s, one after the other: `I_143`, `Q_143` …, MJy/sr.
+///
+/// # Errors
+/// If a map of `sky` is absent, or `show` fails.
+pub fn others(
+    sky: &Inputs,
+    level: Level,
+    show: &mut dyn FnMut(&str, &[f64]) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let get = |name: &str| -> Result<&[f64], Error> {
+        let map = sky.get(name).ok_or_else(|| Error::input(format!("the sky has no {name}")))?;
+        Ok(&map.values)
+    };
+    let layer = Layer {
+        stokes: [get("I_353")?, get("Q_353")?, get("U_353")?],
+        law: Law::Maps {
+            t: get("T")?,
+            beta: get("beta")?,
+        },
+    };
+    for (name, nu, polarised) in OTHERS {
+        let bands = [emission::monochromatic(nu)?];
+        let mut out = [std::array::from_fn(|_| vec![0.0; layer.stokes[0].len()])];
+        emission::add_layer(level, &bands, &layer, &mut out)?;
+        let [[i, q, u]] = &out;
+        show(&format!("I_{name}"), i)?;
+        if polarised {
+            show(&format!("Q_{name}"), q)?;
+            show(&format!("U_{name}"), u)?;
+        }
+    }
+    Ok(())
 }
 
-/// `this` += `nearer`.
-fn accumulate(nearer: &[f64], this: &mut [f64]) {
-    this.par_iter_mut().zip(nearer).for_each(|(t, n)| *t += n);
+fn product(mut x: Vec<f64>, y: &[f64]) -> Vec<f64> {
+    x.par_iter_mut().zip(y).for_each(|(x, y)| *x *= y);
+    x
 }
 
-/// Reddening of each distance bin, up to a common factor.
-fn shells(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Vec<Vec<f64>>, Error> {
+/// Cumulative reddening, up to a common factor.
+struct Reddening {
+    /// Up to each of [`FIELD_EDGES`], on the working grid.
+    edges: Vec<Vec<f64>>,
+    /// Up to the end of each bin, on the cube's grid.
+    cube: Vec<Vec<f64>>,
+}
+
+/// Adds up the fluctuating shells, bin by bin: only what is needed later is kept of the [`BINS`] cumulative maps.
+///
+/// Every bin's share [`BIN_FLOOR`] of the total is known at the end only, and added then.
+fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, Error> {
     let nside = plan.nside();
     let npix = nside.npix() as usize;
-    let mut edges = [0.0; BINS + 1];
-    for (k, edge) in edges.iter_mut().skip(1).enumerate() {
-        *edge = distance_kpc(modulus(k));
-    }
-    let mut shells = vec![vec![0.0; npix]; BINS];
-    let density = Density::default();
-    let results = parallel::for_columns(&mut shells, |range, mut shells| -> Result<(), Error> {
-        let directions = field::directions(nside, range)?;
-        let sun = Spiral::default().r_sun_kpc;
-        columns_into(level, &density, sun, &edges, &directions, &mut shells)?;
-        Ok(())
-    });
-    results.into_iter().collect::<Result<(), _>>()?;
-
-    let mut g = vec![0.0; npix];
-    for (bin, shell) in shells.iter_mut().enumerate() {
+    let cube_nside = Nside::new(nside.get().min(CUBE_NSIDE))?;
+    let (mut sum, mut g) = (vec![0.0; npix], vec![0.0; npix]);
+    let (mut edges, mut cube) = (Vec::new(), Vec::new());
+    let mut near = 0.0;
+    for bin in 0..BINS {
+        let far = distance_kpc(modulus(bin));
         let alm = red_alm(seed, bin, 0, plan.lmax(), -2.6, 0.0)?;
         plan.synthesis(&alm, &mut g)?;
-        scale_to_std(&mut g, 0.5);
-        shell
-            .par_iter_mut()
-            .zip(&g)
-            .for_each(|(s, g)| *s *= (g - 0.125).exp());
-    }
-    parallel::for_columns(&mut shells, |range, mut shells| {
-        for k in 0..range.len() {
-            let total: f64 = shells.iter().map(|s| s[k]).sum();
-            for shell in &mut shells {
-                shell[k] += BIN_FLOOR * total;
-            }
+        drop(alm);
+        let (mean, std) = super::laws::sky::mean_std(&g);
+        let amplitude = if std > 0.0 { 0.5 / std } else { 0.0 };
+        let shift = 0.125 + amplitude * mean;
+        sum.par_chunks_mut(CHUNK)
+            .zip(g.par_chunks(CHUNK))
+            .enumerate()
+            .try_for_each(|(k, (sum, g))| -> Result<(), Error> {
+                let first = k * CHUNK;
+                let directions = field::directions(nside, first..first + g.len())?;
+                let (mut column, mut shell) = (vec![0.0; g.len()], vec![0.0; g.len()]);
+                let sun = Spiral::default().r_sun_kpc;
+                let bounds = [near, far];
+                let density = Density::default();
+                columns_into(level, &density, sun, &bounds, &directions, &mut [&mut column])?;
+                log_normal_into(level, &column, g, amplitude, shift, &mut shell)?;
+                for (sum, shell) in sum.iter_mut().zip(&shell) {
+                    *sum += shell;
+                }
+                Ok(())
+            })?;
+        cube.push(regrid::scalar(&sum, nside, cube_nside, level)?);
+        if FIELD_EDGES.contains(&modulus(bin)) && bin + 1 < BINS {
+            edges.push(sum.clone());
         }
-    });
-    Ok(shells)
+        near = far;
+    }
+    drop(g);
+    let totals = cube.last().cloned().unwrap_or_default();
+    for (bin, map) in cube.iter_mut().enumerate() {
+        add_floor(map, &totals, bin);
+    }
+    for (map, edge) in edges.iter_mut().zip(FIELD_EDGES) {
+        add_floor(map, &sum, (2.0 * (edge - 4.0)) as usize);
+    }
+    let floor = 1.0 + BIN_FLOOR * BINS as f64;
+    sum.par_iter_mut().for_each(|x| *x *= floor);
+    edges.push(sum);
+    Ok(Reddening { edges, cube })
+}
+
+/// What the bins up to `bin` get of the total.
+fn add_floor(map: &mut [f64], total: &[f64], bin: usize) {
+    let share = BIN_FLOOR * (bin + 1) as f64;
+    map.par_iter_mut()
+        .zip(total)
+        .for_each(|(x, total)| *x += share * total);
+}
+
+/// The cube, scaled, as far as its footprint reaches.
+fn footprint(
+    mut cube: Vec<Vec<f64>>,
+    nside: Nside,
+    scale: f64,
+) -> Result<Vec<Vec<f64>>, Error> {
+    for p in 0..nside.npix() {
+        let inside = declination_deg(ring::pix2vec(nside, p)?) > LEAST_DECLINATION;
+        for map in &mut cube {
+            let x = &mut map[p as usize];
+            *x = if inside { *x * scale } else { MISSING };
+        }
+    }
+    Ok(cube)
 }
 
 /// Random a_lm with C_l ∝ l^slope for l ≥ 1, seen through a beam.
@@ -247,16 +287,17 @@ fn laws(plan: &mut ShtPlan, seed: u64) -> Result<(Vec<f64>, Vec<f64>), Error> {
     plan.synthesis(&beta_alm, &mut beta)?;
     scale_to_std(&mut t, 1.25);
     scale_to_std(&mut beta, 0.13);
-    t.iter_mut().for_each(|t| *t += 19.4);
-    beta.iter_mut().for_each(|b| *b += 1.60);
+    t.par_iter_mut().for_each(|t| *t += 19.4);
+    beta.par_iter_mut().for_each(|b| *b += 1.60);
     Ok((t, beta))
 }
 
-/// Polarisation fractions Q/I and U/I: the spiral field's plus random ones.
+/// Polarisation fractions Q/I and U/I: the spiral field's, weighted with the reddening between the `edges`, plus random
+/// ones.
 fn polarisation(
     plan: &mut ShtPlan,
     seed: u64,
-    cumulative: &[Vec<f64>],
+    edges: &[Vec<f64>],
     level: Level,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let lmax = plan.lmax();
@@ -269,6 +310,7 @@ fn polarisation(
     let npix = nside.npix() as usize;
     let (mut q, mut u) = (vec![0.0; npix], vec![0.0; npix]);
     plan.synthesis_spin2(&e, &b, &mut q, &mut u)?;
+    drop((e, b));
     let [square] = parallel::sums(npix, |r| {
         [q[r.clone()]
             .iter()
@@ -286,29 +328,26 @@ fn polarisation(
         spiral,
         ..Model::default()
     };
-    let edges: Vec<f64> = FIELD_EDGES.iter().map(|&mu| distance_kpc(mu)).collect();
-    let (q_field, u_field) = field::ratios(&model, &edges, nside, level)?;
-    let bins: Vec<usize> = FIELD_EDGES
-        .iter()
-        .map(|mu| (2.0 * (mu - 4.0)) as usize)
-        .collect();
-    let mut maps = [q, u];
-    parallel::for_columns(&mut maps, |range, mut maps| {
-        for (k, p) in range.enumerate() {
-            let total = cumulative[BINS - 1][p];
-            let mut nearer = 0.0;
-            for map in maps.iter_mut() {
-                map[k] *= scale;
-            }
-            for (layer, &bin) in bins.iter().enumerate() {
-                let share = (cumulative[bin][p] - nearer) / total;
-                nearer = cumulative[bin][p];
-                maps[0][k] += share * q_field[layer][p];
-                maps[1][k] += share * u_field[layer][p];
-            }
+    let distances: Vec<f64> = FIELD_EDGES.iter().map(|&mu| distance_kpc(mu)).collect();
+    for slab in slabs(npix) {
+        let (q_field, u_field) = field::ratios(&model, &distances, nside, slab.clone(), level)?;
+        let parts = [(&mut q[slab.clone()], q_field), (&mut u[slab.clone()], u_field)];
+        for (map, ratios) in parts {
+            map.par_chunks_mut(CHUNK).enumerate().for_each(|(c, map)| {
+                for (k, x) in map.iter_mut().enumerate() {
+                    let here = c * CHUNK + k;
+                    let p = slab.start + here;
+                    let total = edges[edges.len() - 1][p];
+                    let mut nearer = 0.0;
+                    *x *= scale;
+                    for (edge, ratio) in edges.iter().zip(&ratios) {
+                        *x += (edge[p] - nearer) / total * ratio[here];
+                        nearer = edge[p];
+                    }
+                }
+            });
         }
-    });
-    let [q, u] = maps;
+    }
     Ok((q, u))
 }
 

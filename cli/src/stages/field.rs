@@ -9,6 +9,7 @@ use dust3d_kernels::field::line_of_sight::{ratios_into, ratios_scratch_len};
 use dust3d_kernels::field::{Density, Grains, Model, Spiral};
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::simd::Level;
+use std::ops::Range;
 
 /// The model of the field that a configuration describes, at some pitch angle.
 #[must_use]
@@ -37,30 +38,31 @@ pub fn model(config: &FieldConfig, pitch_rad: f64) -> Model {
 ///
 /// # Errors
 /// If a pixel does not exist.
-pub fn directions(nside: Nside, pixels: std::ops::Range<usize>) -> Result<Vec<[f64; 3]>, Error> {
+pub fn directions(nside: Nside, pixels: Range<usize>) -> Result<Vec<[f64; 3]>, Error> {
     pixels
         .map(|p| Ok(ring::pix2vec(nside, p as u64)?))
         .collect()
 }
 
-/// Q_m/I_m and U_m/I_m, one map per layer; `edges_kpc` are the far edges of the layers, the first begins at the Sun.
+/// Q_m/I_m and U_m/I_m in some pixels, one list per layer; `edges_kpc` are the far edges of the layers, the first begins
+/// at the Sun.
 ///
 /// # Errors
-/// If a parameter of the model is out of range or the edges do not increase.
+/// If a parameter of the model is out of range, the edges do not increase, or a pixel does not exist.
 pub fn ratios(
     model: &Model,
     edges_kpc: &[f64],
     nside: Nside,
+    pixels: Range<usize>,
     level: Level,
 ) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), Error> {
     let layers = edges_kpc.len();
     let edges: Vec<f64> = std::iter::once(0.0)
         .chain(edges_kpc.iter().copied())
         .collect();
-    let npix = nside.npix() as usize;
-    let mut maps = vec![vec![0.0; npix]; 2 * layers];
+    let mut maps = vec![vec![0.0; pixels.len()]; 2 * layers];
     let results = parallel::for_columns(&mut maps, |range, mut maps| -> Result<(), Error> {
-        let directions = directions(nside, range)?;
+        let directions = directions(nside, shifted(range, pixels.start))?;
         let mut scratch = [0.0; ratios_scratch_len()];
         let (q, u) = maps.split_at_mut(layers);
         ratios_into(level, model, &edges, &directions, q, u, &mut scratch)?;
@@ -69,4 +71,8 @@ pub fn ratios(
     results.into_iter().collect::<Result<(), _>>()?;
     let u = maps.split_off(layers);
     Ok((maps, u))
+}
+
+const fn shifted(range: Range<usize>, by: usize) -> Range<usize> {
+    range.start + by..range.end + by
 }

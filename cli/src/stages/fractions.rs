@@ -17,26 +17,50 @@ use dust3d_kernels::healpix::{Location, Nside, ring};
 use dust3d_kernels::simd::Level;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Finest grid on which the cube is used; \[MKD18\] works at this Nside.
 const CUBE_NSIDE: u64 = 64;
 
-/// The fraction maps and what was found missing.
+/// The fractions of every layer, whole at the cube's resolution, and what was found missing.
 pub struct Fractions {
-    /// One map per layer on the working grid, near to far.
-    pub maps: Vec<Vec<f64>>,
+    /// One map per layer, near to far.
+    coarse: Vec<Vec<f64>>,
+    nside: Nside,
     /// Pixels of the cube's own grid with any edge missing.
     pub missing_cube_pixels: u64,
 }
 
-/// Fractions on the grid `to` from the cumulative reddening `edges` (one map per layer edge, near to far) at `from`.
+impl Fractions {
+    /// The fractions in some pixels of a finer grid, one list per layer.
+    ///
+    /// # Errors
+    /// If the pixels do not exist.
+    pub fn at(
+        &self,
+        nside: Nside,
+        pixels: Range<usize>,
+        level: Level,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let mut maps = self
+            .coarse
+            .iter()
+            .map(|f| regrid::scalar_range(f, self.nside, nside, pixels.clone(), level))
+            .collect::<Result<Vec<_>, _>>()?;
+        parallel::for_columns(&mut maps, |_, mut layers| {
+            normalise(&mut layers);
+        });
+        Ok(maps)
+    }
+}
+
+/// Fractions from the cumulative reddening `edges` (one map per layer edge, near to far) at `from`.
 ///
 /// # Errors
 /// If no pixel is covered, or a map has another length than 12 `from`².
 pub fn fractions(
     edges: &[&[f64]],
     from: Nside,
-    to: Nside,
     fill_radius_rad: f64,
     level: Level,
 ) -> Result<Fractions, Error> {
@@ -70,17 +94,9 @@ pub fn fractions(
             "the reddening cube has no pixel with all layer edges observed and positive reddening; check the cube's files",
         ));
     }
-    let filled = fill(shares, &covered, nside, fill_radius_rad, level)?;
-
-    let mut maps = filled
-        .iter()
-        .map(|f| regrid::scalar(f, nside, to, level))
-        .collect::<Result<Vec<_>, _>>()?;
-    parallel::for_columns(&mut maps, |_, mut layers| {
-        normalise(&mut layers);
-    });
     Ok(Fractions {
-        maps,
+        coarse: fill(shares, &covered, nside, fill_radius_rad, level)?,
+        nside,
         missing_cube_pixels,
     })
 }

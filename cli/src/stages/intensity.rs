@@ -18,33 +18,74 @@ pub struct LayerAverages {
     pub beta: Vec<f64>,
 }
 
+/// The sums behind [`LayerAverages`], made slab by slab.
+///
 /// T_avg = Σ_p f_i T_d / Σ_p f_i and the same for β; missing pixels are left out (\[MKD18\], section 6, with the weights
 /// normalised).
-#[must_use]
-pub fn layer_averages(fractions: &[Vec<f64>], t: &[f64], beta: &[f64]) -> LayerAverages {
-    let average = |f: &[f64], x: &[f64]| {
-        let [sum, weight] = parallel::sums(f.len(), |range| {
-            let mut part = [0.0; 2];
-            for (&f, &x) in f[range.clone()].iter().zip(&x[range]) {
-                if !is_missing(x) {
-                    part[0] += f * x;
-                    part[1] += f;
-                }
-            }
-            part
-        });
-        if weight > 0.0 { sum / weight } else { mean(x) }
-    };
-    LayerAverages {
-        t: fractions.iter().map(|f| average(f, t)).collect(),
-        beta: fractions.iter().map(|f| average(f, beta)).collect(),
+pub struct AverageSums {
+    /// Σ f x and Σ f per layer.
+    t: Vec<[f64; 2]>,
+    beta: Vec<[f64; 2]>,
+}
+
+impl AverageSums {
+    /// Nothing yet, for so many layers.
+    #[must_use]
+    pub fn new(layers: usize) -> Self {
+        Self {
+            t: vec![[0.0; 2]; layers],
+            beta: vec![[0.0; 2]; layers],
+        }
     }
+
+    /// Adds some pixels: the fractions of every layer, the observed T and β.
+    pub fn add(&mut self, fractions: &[Vec<f64>], t: &[f64], beta: &[f64]) {
+        for (sums, x) in [(&mut self.t, t), (&mut self.beta, beta)] {
+            for (sum, f) in sums.iter_mut().zip(fractions) {
+                let [product, weight] = weighted_sums(f, x);
+                sum[0] += product;
+                sum[1] += weight;
+            }
+        }
+    }
+
+    /// The averages; of a layer without dust those of the maps `t`, `beta`.
+    #[must_use]
+    pub fn averages(&self, t: &[f64], beta: &[f64]) -> LayerAverages {
+        let average = |sums: &[[f64; 2]], x: &[f64]| {
+            let of_layer = |&[sum, weight]: &[f64; 2]| {
+                if weight > 0.0 { sum / weight } else { mean(x) }
+            };
+            sums.iter().map(of_layer).collect()
+        };
+        LayerAverages {
+            t: average(&self.t, t),
+            beta: average(&self.beta, beta),
+        }
+    }
+}
+
+/// Σ f x and Σ f over the pixels where x is not missing.
+fn weighted_sums(f: &[f64], x: &[f64]) -> [f64; 2] {
+    parallel::sums(f.len(), |range| {
+        let mut part = [0.0; 2];
+        for (&f, &x) in f[range.clone()].iter().zip(&x[range]) {
+            if !is_missing(x) {
+                part[0] += f * x;
+                part[1] += f;
+            }
+        }
+        part
+    })
 }
 
 /// Mean of the pixels that are not missing.
 pub(super) fn mean(x: &[f64]) -> f64 {
-    let valid = x.iter().filter(|&&x| !is_missing(x));
-    valid.clone().sum::<f64>() / valid.count() as f64
+    let [sum, count] = parallel::sums(x.len(), |range| {
+        let valid = x[range].iter().filter(|&&x| !is_missing(x));
+        valid.fold([0.0; 2], |[s, n], x| [s + x, n + 1.0])
+    });
+    sum / count
 }
 
 /// The intensity layers (MJy/sr), and in how many pixels a layer came out negative and was cut.

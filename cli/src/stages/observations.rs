@@ -6,7 +6,7 @@
 use super::regrid;
 use crate::Error;
 use crate::config::{Config, Fit};
-use crate::io::{InputMap, Inputs};
+use crate::io::Inputs;
 use crate::parallel;
 use crate::stages::intensity::mean;
 use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
@@ -15,7 +15,7 @@ use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::planck::spectrum::planck_scalar;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::units::NU0_GHZ;
-use std::collections::BTreeMap;
+use rayon::prelude::*;
 
 /// What the run works from.
 #[derive(Debug, Clone)]
@@ -32,8 +32,6 @@ pub struct Observations {
     pub t: Vec<f64>,
     /// Spectral index; may have missing pixels.
     pub beta: Vec<f64>,
-    /// Other maps, by name (`I_545`, `Q_217` …), MJy/sr: of use for validation.
-    pub others: BTreeMap<String, Vec<f64>>,
     /// The least Nside of the I, Q, U inputs.
     pub stokes_nside: u64,
     /// The least Nside of the inputs that T and β come from.
@@ -43,102 +41,134 @@ pub struct Observations {
 /// The intensities that τ, T and β are fitted to when they are not given.
 pub const FITTED: [&str; 4] = ["I_353", "I_545", "I_857", "I_2998"];
 
-/// Brings `inputs` (checked, all needed ones there) to the grid `nside`.
+/// Brings `inputs` (checked, all needed ones there) to the grid `nside`; their maps are used up. The cube is left alone.
+///
+/// Every map that is made is shown to `show` with its name (`I_353`, `tau`, `Q_217` …): those for validation are not kept.
 ///
 /// # Errors
-/// If a map that is needed is absent, or a fit is impossible.
+/// If a map that is needed is absent, a fit is impossible, or `show` fails.
 pub fn observe(
-    inputs: &Inputs,
+    inputs: &mut Inputs,
     config: &Config,
     nside: Nside,
     level: Level,
+    show: &mut dyn FnMut(&str, &[f64]) -> Result<(), Error>,
 ) -> Result<Observations, Error> {
-    let get = |name: &str| {
-        inputs.maps.get(name).ok_or_else(|| {
-            Error::usage(format!("the input `{name}` is needed; give it in [inputs]"))
-        })
-    };
-    let scalar = |map: &InputMap| -> Result<Vec<f64>, Error> {
-        let from = Nside::new(map.nside.into())?;
-        let factor = colour(&map.name, config);
-        let mut out = regrid::scalar(&map.values, from, nside, level)?;
-        if factor != 1.0 {
-            out.iter_mut()
-                .filter(|x| !is_missing(**x))
-                .for_each(|x| *x *= factor);
-        }
-        Ok(out)
-    };
-    let polarisation = |nu: &str| -> Result<(Vec<f64>, Vec<f64>), Error> {
-        let (q, u) = (get(&format!("Q_{nu}"))?, get(&format!("U_{nu}"))?);
-        if q.nside != u.nside {
-            return Err(Error::input(format!(
-                "`Q_{nu}` has Nside {} and `U_{nu}` Nside {}; give both on one grid",
-                q.nside, u.nside
-            )));
-        }
-        let from = Nside::new(q.nside.into())?;
-        let factor = colour(&q.name, config);
-        let (mut q, mut u) = regrid::polarisation(&q.values, &u.values, from, nside, level)?;
-        if factor != 1.0 {
-            q.iter_mut().chain(&mut u).for_each(|x| *x *= factor);
-        }
-        Ok((q, u))
-    };
-
-    let i = scalar(get("I_353")?)?;
-    let (q, u) = polarisation("353")?;
-    let mut others = BTreeMap::new();
-    for nu in ["545", "857", "2998", "217", "143"] {
-        let name = format!("I_{nu}");
-        if let Some(map) = inputs.maps.get(&name) {
-            others.insert(name, scalar(map)?);
-        }
-        let (name_q, name_u) = (format!("Q_{nu}"), format!("U_{nu}"));
-        if inputs.maps.contains_key(&name_q) && inputs.maps.contains_key(&name_u) {
-            let (q, u) = polarisation(nu)?;
-            others.insert(name_q, q);
-            others.insert(name_u, u);
-        }
-    }
-
-    let least = |names: &[&str]| -> Result<u64, Error> {
-        let mut least = u64::MAX;
-        for name in names {
-            least = least.min(get(name)?.nside.into());
-        }
-        Ok(least)
+    let least = |inputs: &Inputs, names: &[&str]| {
+        let nsides = names.iter().filter_map(|n| inputs.maps.get(*n));
+        nsides.map(|m| u64::from(m.nside)).min().unwrap_or(u64::MAX)
     };
     let given = ["tau", "T", "beta"]
         .iter()
         .all(|n| inputs.maps.contains_key(*n));
-    let (tau, t, beta, laws_nside) = if given {
-        let map = |name| scalar(get(name)?);
-        (map("tau")?, map("T")?, map("beta")?, least(&["T", "beta"])?)
-    } else {
-        let maps: Vec<&[f64]> = FITTED
-            .iter()
-            .map(|&name| match name {
-                "I_353" => Ok(i.as_slice()),
-                _ => others.get(name).map(Vec::as_slice).ok_or_else(|| {
-                    Error::usage(format!("the input `{name}` is needed to fit τ, T and β"))
-                }),
-            })
-            .collect::<Result<_, _>>()?;
-        let (tau, t, beta) = fit_laws(&maps, &config.fit, level)?;
-        (tau, t, beta, least(&FITTED)?)
+    let stokes_nside = least(inputs, &["I_353", "Q_353", "U_353"]);
+    let laws_nside = least(inputs, if given { &["T", "beta"] } else { &FITTED });
+
+    let mut grid = Grid {
+        inputs,
+        config,
+        nside,
+        level,
     };
+    let i = grid.scalar("I_353")?;
+    show("I_353", &i)?;
+    let (q, u) = grid.polarisation("353")?;
+    show("Q_353", &q)?;
+    show("U_353", &u)?;
+    let mut fitted = Vec::new();
+    for nu in ["545", "857", "2998", "217", "143"] {
+        let name = format!("I_{nu}");
+        if grid.inputs.maps.contains_key(&name) {
+            let map = grid.scalar(&name)?;
+            show(&name, &map)?;
+            if !given && FITTED.contains(&name.as_str()) {
+                fitted.push(map);
+            }
+        }
+        let (name_q, name_u) = (format!("Q_{nu}"), format!("U_{nu}"));
+        if grid.inputs.maps.contains_key(&name_q) && grid.inputs.maps.contains_key(&name_u) {
+            let (q, u) = grid.polarisation(nu)?;
+            show(&name_q, &q)?;
+            show(&name_u, &u)?;
+        }
+    }
+    let (tau, t, beta) = if given {
+        (grid.scalar("tau")?, grid.scalar("T")?, grid.scalar("beta")?)
+    } else {
+        if fitted.len() + 1 < FITTED.len() {
+            return Err(Error::usage(
+                "the inputs I_545, I_857 and I_2998 are needed to fit τ, T and β; give them in [inputs]",
+            ));
+        }
+        let mut maps: Vec<&[f64]> = vec![&i];
+        maps.extend(fitted.iter().map(Vec::as_slice));
+        fit_laws(&maps, &config.fit, level)?
+    };
+    for (name, map) in [("tau", &tau), ("T", &t), ("beta", &beta)] {
+        show(name, map)?;
+    }
     Ok(Observations {
-        stokes_nside: least(&["I_353", "Q_353", "U_353"])?,
-        laws_nside,
         i,
         q,
         u,
         tau,
         t,
         beta,
-        others,
+        stokes_nside,
+        laws_nside,
     })
+}
+
+/// Takes inputs to the working grid.
+struct Grid<'a> {
+    inputs: &'a mut Inputs,
+    config: &'a Config,
+    nside: Nside,
+    level: Level,
+}
+
+impl Grid<'_> {
+    fn take(&mut self, name: &str) -> Result<(Nside, Vec<f64>), Error> {
+        let map = self.inputs.maps.get_mut(name).ok_or_else(|| {
+            Error::usage(format!("the input `{name}` is needed; give it in [inputs]"))
+        })?;
+        let values = std::mem::take(&mut map.values);
+        Ok((Nside::new(map.nside.into())?, values))
+    }
+
+    fn scalar(&mut self, name: &str) -> Result<Vec<f64>, Error> {
+        let (from, values) = self.take(name)?;
+        let mut out = regrid::scalar_owned(values, from, self.nside, self.level)?;
+        scale(&mut out, colour(name, self.config));
+        Ok(out)
+    }
+
+    fn polarisation(&mut self, nu: &str) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let (name_q, name_u) = (format!("Q_{nu}"), format!("U_{nu}"));
+        let (from, q) = self.take(&name_q)?;
+        let (from_u, u) = self.take(&name_u)?;
+        if from != from_u {
+            return Err(Error::input(format!(
+                "`{name_q}` has Nside {} and `{name_u}` Nside {}; give both on one grid",
+                from.get(),
+                from_u.get()
+            )));
+        }
+        let (mut q, mut u) = regrid::polarisation(q, u, from, self.nside, self.level)?;
+        for map in [&mut q, &mut u] {
+            scale(map, colour(&name_q, self.config));
+        }
+        Ok((q, u))
+    }
+}
+
+/// Multiplies what is not missing.
+fn scale(map: &mut [f64], factor: f64) {
+    if factor != 1.0 {
+        map.par_iter_mut()
+            .filter(|x| !is_missing(**x))
+            .for_each(|x| *x *= factor);
+    }
 }
 
 /// The colour correction of a map: it holds for I, Q and U at ν₀.

@@ -3,7 +3,7 @@
 //! G(q) = Σ_p |Σ_i Q̃_i(q) − Q| + |Σ_i Ũ_i(q) − U| over the pixels at high latitude, on a coarse grid. A scan in steps of one
 //! degree finds the valley, golden section the minimum in it. The scan shares the geometry of a pixel among all angles.
 
-use super::{field, regrid};
+use super::field;
 use crate::Error;
 use crate::config::FieldConfig;
 use dust3d_kernels::fit::l1::{scan_add, scan_scratch_len};
@@ -38,17 +38,16 @@ pub struct Pitch {
     pub scan: Vec<(f64, f64)>,
 }
 
-/// Finds the pitch angle from the intensity layers and the observed Q and U, all at `from`.
+/// Finds the pitch angle from the intensity layers and the observed Q and U on the grid of the scan.
 ///
 /// # Errors
 /// If a map has another length, or the model is out of its domain.
 pub fn fit(
     scan: &Scan<'_>,
-    from: Nside,
     intensities: &[Vec<f64>],
     (q, u): (&[f64], &[f64]),
 ) -> Result<Pitch, Error> {
-    let objective = Objective::new(scan, from, intensities, (q, u))?;
+    let objective = Objective::new(scan, intensities, (q, u))?;
     let [low, high] = scan.config.pitch_range_deg;
     let steps = (high - low).round().max(1.0) as usize;
     let degrees: Vec<f64> = (0..=steps)
@@ -94,7 +93,6 @@ struct Objective<'a> {
 impl<'a> Objective<'a> {
     fn new(
         scan: &'a Scan<'a>,
-        from: Nside,
         intensities: &[Vec<f64>],
         (q, u): (&[f64], &[f64]),
     ) -> Result<Self, Error> {
@@ -109,8 +107,8 @@ impl<'a> Objective<'a> {
             }
         }
         let pick = |map: &[f64]| -> Result<Vec<f64>, Error> {
-            let coarse = regrid::scalar(map, from, scan.nside, scan.level)?;
-            Ok(pixels.iter().map(|&p| coarse[p]).collect())
+            dust3d_kernels::Error::check_len("map", scan.nside.npix() as usize, map.len())?;
+            Ok(pixels.iter().map(|&p| map[p]).collect())
         };
         Ok(Self {
             edges: std::iter::once(0.0)

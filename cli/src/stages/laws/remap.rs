@@ -12,7 +12,7 @@ pub fn remap(map: &mut [f64], sorted: &[f64]) {
     }
     let n = map.len();
     let mut order: Vec<(f64, u32)> = map
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(p, &x)| (x, p as u32))
         .collect();

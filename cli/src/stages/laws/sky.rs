@@ -5,7 +5,8 @@ use crate::config::Fit;
 use crate::parallel;
 use crate::stages::intensity::LayerAverages;
 use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
-use dust3d_kernels::healpix::missing::{MISSING, is_missing};
+use crate::store::Stored;
+use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::units::NU0_GHZ;
@@ -75,11 +76,11 @@ impl TotalFit {
 /// Layers at ν₀ with the fluctuations of their laws.
 pub struct Sky<'a> {
     /// Intensity of each layer at ν₀, MJy/sr.
-    pub intensity: Vec<&'a [f64]>,
+    pub intensity: Vec<&'a Stored>,
     /// δT of each layer, kelvin.
-    pub t: Vec<&'a [f64]>,
+    pub t: Vec<&'a Stored>,
     /// δβ of each layer.
-    pub beta: Vec<&'a [f64]>,
+    pub beta: Vec<&'a Stored>,
     /// Averages of each layer.
     pub averages: &'a LayerAverages,
     /// Instructions to use.
@@ -127,26 +128,25 @@ impl Sky<'_> {
     ) -> Result<[f64; 6], Error> {
         let n = range.len();
         let (mut t, mut beta) = (vec![0.0; n], vec![0.0; n]);
-        fit_total(
-            self.level,
-            fit,
-            |layer, t, beta| {
-                let intensity = self.intensity.get(layer)?;
-                let averages = (
-                    factors.avg * self.averages.t[layer],
-                    self.averages.beta[layer],
-                );
-                let fluctuations = self.t[layer][range.clone()]
-                    .iter()
-                    .zip(&self.beta[layer][range.clone()]);
-                for ((t, beta), (dt, db)) in t.iter_mut().zip(beta).zip(fluctuations) {
-                    *t = law(averages.0, factors.t, *dt, T_FLOOR);
-                    *beta = law(averages.1, factors.beta, *db, BETA_FLOOR);
-                }
-                Some(&intensity[range.clone()])
-            },
-            (&mut t, &mut beta),
-        )?;
+        let mut total = Total::new(fit, n);
+        let mut buffers: [Vec<f64>; 3] = Default::default();
+        for (layer, intensity) in self.intensity.iter().enumerate() {
+            let [i, dt, db] = &mut buffers;
+            let averages = (
+                factors.avg * self.averages.t[layer],
+                self.averages.beta[layer],
+            );
+            let fluctuations = self.t[layer]
+                .view(range.clone(), dt)?
+                .iter()
+                .zip(self.beta[layer].view(range.clone(), db)?);
+            for ((t, beta), (dt, db)) in t.iter_mut().zip(&mut beta).zip(fluctuations) {
+                *t = law(averages.0, factors.t, *dt, T_FLOOR);
+                *beta = law(averages.1, factors.beta, *db, BETA_FLOOR);
+            }
+            total.add(self.level, intensity.view(range.clone(), i)?, &t, &beta)?;
+        }
+        total.fit(self.level, &mut t, &mut beta)?;
         let mut sums = [0.0; 6];
         for (&t, &beta) in t.iter().zip(&beta) {
             if t.is_nan() {
@@ -164,67 +164,48 @@ impl Sky<'_> {
     }
 }
 
-/// Fits the sum of layers over some pixels; T and β of the fit go to `out`, NaN where there is none.
-///
-/// `layer(i, t, beta)` fills in the law of layer i and returns its intensity at ν₀, none after the last.
-fn fit_total<'a>(
-    level: Level,
-    fit: &TotalFit,
-    layer: impl Fn(usize, &mut [f64], &mut [f64]) -> Option<&'a [f64]>,
-    (t, beta): (&mut [f64], &mut [f64]),
-) -> Result<(), Error> {
-    let n = t.len();
-    let bands: Vec<&[MbbNode]> = fit.nodes.iter().map(std::slice::from_ref).collect();
-    let mut total = vec![vec![0.0; n]; fit.nodes.len()];
-    for i in 0.. {
-        let Some(intensity) = layer(i, t, beta) else {
-            break;
-        };
-        let mut out: Vec<&mut [f64]> = total.iter_mut().map(Vec::as_mut_slice).collect();
-        mbb_add_stokes(level, &bands, [intensity], t, beta, &mut out)?;
-    }
-    let maps: Vec<&[f64]> = total.iter().map(Vec::as_slice).collect();
-    let mut tau = vec![0.0; n];
-    fit_into(level, &fit.fit, &maps, &mut tau, t, beta, None)?;
-    Ok(())
+/// The total intensity in some pixels at the frequencies of a fit.
+pub struct Total<'a> {
+    fit: &'a TotalFit,
+    bands: Vec<Vec<f64>>,
 }
 
-/// T and β fitted to the sum of layers with the laws `t`, `beta`; missing where there is no fit.
-///
-/// # Errors
-/// Those of the kernels (lengths).
-pub fn fit_maps(
-    intensity: &[&[f64]],
-    t: &[Vec<f64>],
-    beta: &[Vec<f64>],
-    fit: &TotalFit,
-    level: Level,
-) -> Result<(Vec<f64>, Vec<f64>), Error> {
-    let npix = intensity.first().map_or(0, |i| i.len());
-    let mut maps = [vec![0.0; npix], vec![0.0; npix]];
-    let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<(), Error> {
-        let (out_t, out_beta) = out.split_at_mut(1);
-        fit_total(
-            level,
+impl<'a> Total<'a> {
+    /// Nothing yet, in `n` pixels.
+    #[must_use]
+    pub fn new(fit: &'a TotalFit, n: usize) -> Self {
+        Self {
             fit,
-            |layer, to_t, to_beta| {
-                let i = intensity.get(layer)?;
-                to_t.copy_from_slice(&t[layer][range.clone()]);
-                to_beta.copy_from_slice(&beta[layer][range.clone()]);
-                Some(&i[range.clone()])
-            },
-            (&mut *out_t[0], &mut *out_beta[0]),
-        )?;
-        for x in out.iter_mut().flat_map(|map| map.iter_mut()) {
-            if x.is_nan() {
-                *x = MISSING;
-            }
+            bands: vec![vec![0.0; n]; fit.nodes.len()],
         }
+    }
+
+    /// Adds a layer: its intensity at ν₀ (MJy/sr), T (kelvin) and β.
+    ///
+    /// # Errors
+    /// Those of the kernels (lengths).
+    pub fn add(
+        &mut self,
+        level: Level,
+        intensity: &[f64],
+        t: &[f64],
+        beta: &[f64],
+    ) -> Result<(), Error> {
+        let nodes: Vec<&[MbbNode]> = self.fit.nodes.iter().map(std::slice::from_ref).collect();
+        let mut out: Vec<&mut [f64]> = self.bands.iter_mut().map(Vec::as_mut_slice).collect();
+        Ok(mbb_add_stokes(level, &nodes, [intensity], t, beta, &mut out)?)
+    }
+
+    /// T and β of the fit, NaN where there is none.
+    ///
+    /// # Errors
+    /// Those of the kernels (lengths).
+    pub fn fit(&self, level: Level, t: &mut [f64], beta: &mut [f64]) -> Result<(), Error> {
+        let maps: Vec<&[f64]> = self.bands.iter().map(Vec::as_slice).collect();
+        let mut tau = vec![0.0; t.len()];
+        fit_into(level, &self.fit.fit, &maps, &mut tau, t, beta, None)?;
         Ok(())
-    });
-    results.into_iter().collect::<Result<(), _>>()?;
-    let [t, beta] = maps;
-    Ok((t, beta))
+    }
 }
 
 /// Sums are taken about these, so that squares keep their digits.

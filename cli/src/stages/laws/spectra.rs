@@ -1,17 +1,22 @@
 //! Spectra of the observed temperature and spectral index, to be given to every layer.
 
+use super::sky::{LawStats, mean_std};
 use crate::Error;
+use crate::parallel;
 use crate::sht::{Analysis, ShtPlan};
 use crate::stages::intensity::mean;
 use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::sht::alm;
 use dust3d_kernels::spectra::{Cov2, cross_spectrum, fit_power_law};
 use num_complex::Complex;
+use rayon::prelude::*;
 
 /// What the layers' T and β maps are made from.
 pub struct ObservedLaws {
     /// Covariance of the fluctuations of T (first) and β at each l, 0 … lmax; zero at l = 0.
     pub covariances: Vec<Cov2>,
+    /// Mean and standard deviation of the observed T and β.
+    pub statistics: LawStats,
     /// Fluctuations of T about its mean in all pixels that have one, sorted, kelvin.
     pub t_sorted: Vec<f64>,
     /// Fluctuations of β about its mean in all pixels that have one, sorted.
@@ -32,6 +37,13 @@ impl ObservedLaws {
         beta: &[f64],
         input_nside: usize,
     ) -> Result<Self, Error> {
+        let ((t_mean, t_std), (beta_mean, beta_std)) = (mean_std(t), mean_std(beta));
+        let statistics = LawStats {
+            t_mean,
+            t_std,
+            beta_mean,
+            beta_std,
+        };
         let (t_sorted, t) = fluctuations(t);
         let (beta_sorted, beta) = fluctuations(beta);
         let mut covariances = covariances(plan, &t, &beta)?;
@@ -41,6 +53,7 @@ impl ObservedLaws {
         }
         Ok(Self {
             covariances,
+            statistics,
             t_sorted,
             beta_sorted,
         })
@@ -50,16 +63,17 @@ impl ObservedLaws {
 /// The map minus its mean: the valid pixels sorted, and the map with zero where it is missing.
 fn fluctuations(map: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let mean = mean(map);
-    let filled: Vec<f64> = map
-        .iter()
-        .map(|&x| if is_missing(x) { 0.0 } else { x - mean })
-        .collect();
+    let filled = parallel::map(map.len(), |range, out| {
+        for (out, &x) in out.iter_mut().zip(&map[range]) {
+            *out = if is_missing(x) { 0.0 } else { x - mean };
+        }
+    });
     let mut sorted: Vec<f64> = map
         .iter()
         .filter(|&&x| !is_missing(x))
         .map(|x| x - mean)
         .collect();
-    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.par_sort_unstable_by(f64::total_cmp);
     (sorted, filled)
 }
 

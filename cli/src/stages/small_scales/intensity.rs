@@ -134,14 +134,16 @@ impl<'a> Layer<'a> {
             return Ok(self.observed.to_vec());
         }
         let mut map = vec![0.0; self.observed.len()];
-        let (amplitude, variance) = match self.sigma {
-            sigma if sigma > 0.0 => (kappa / sigma, sigma * sigma),
-            _ => (0.0, 0.0),
+        let amplitude = if self.sigma > 0.0 {
+            kappa / self.sigma
+        } else {
+            0.0
         };
+        let shift = 0.5 * kappa * kappa;
         map.par_chunks_mut(CHUNK)
             .zip(self.observed.par_chunks(CHUNK).zip(self.g.par_chunks(CHUNK)))
             .try_for_each(|(out, (i, g))| {
-                log_normal_into(self.level, i, g, amplitude, variance, out)
+                log_normal_into(self.level, i, g, amplitude, shift, out)
             })?;
         if let Some((cells, wanted)) = &self.cells {
             for _ in 0..2 {

@@ -77,10 +77,29 @@ pub struct LayerReport {
 }
 
 /// a_lm of one layer.
-struct Harmonics {
-    t: Vec<Complex<f64>>,
-    e: Vec<Complex<f64>>,
-    b: Vec<Complex<f64>>,
+#[derive(Debug, Clone)]
+pub struct Harmonics {
+    /// Intensity.
+    pub t: Vec<Complex<f64>>,
+    /// E modes.
+    pub e: Vec<Complex<f64>>,
+    /// B modes.
+    pub b: Vec<Complex<f64>>,
+}
+
+/// A layer's spectra and the laws they follow: all that small scales need to know of it, whatever the seed.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// Fit of the intensity spectrum; zero for an empty layer.
+    pub tt: PowerLaw,
+    /// Of the E spectrum; its slope is the configured one.
+    pub ee: PowerLaw,
+    /// Of the B spectrum; its slope is the configured one.
+    pub bb: PowerLaw,
+    /// Multipoles in which E and B were fitted.
+    pub range: (usize, usize),
+    /// The spectra.
+    pub spectra: LayerSpectra,
 }
 
 impl Harmonics {
@@ -112,28 +131,26 @@ impl Harmonics {
     }
 }
 
-/// Adds small scales to one layer (counted from 1).
+/// Analyses a layer and fits power laws to its spectra.
 ///
 /// `reach`: the multipole up to which the observations carry signal, 1.5 Nside of the coarsest of the I, Q, U inputs
 /// and the working grid.
 ///
 /// # Errors
 /// If a map has another length than the plan's.
-pub fn add_small_scales(
+pub fn measure(
     plan: &mut ShtPlan,
     config: &SmallScales,
-    seed: u64,
-    layer: usize,
     reach: usize,
     maps: &StokesMaps,
-) -> Result<(StokesMaps, LayerReport), Error> {
+) -> Result<(Harmonics, Fitted), Error> {
     let lmax = plan.lmax();
     let observed = Harmonics::analyse(plan, maps)?;
-    let before = observed.spectra(lmax)?;
+    let spectra = observed.spectra(lmax)?;
 
     let reach = reach.min(lmax);
     let (lo, hi) = fit_range(FIT_TT.0, FIT_TT.1, reach);
-    let tt = fit_power_law(&before.tt, lo, hi).unwrap_or(PowerLaw {
+    let tt = fit_power_law(&spectra.tt, lo, hi).unwrap_or(PowerLaw {
         amplitude: 0.0,
         slope: 0.0,
     });
@@ -142,8 +159,30 @@ pub fn add_small_scales(
         amplitude: fit_amplitude(c, lo, hi, slope),
         slope,
     };
-    let ee = law(&before.ee, config.slope_ee);
-    let bb = law(&before.bb, config.slope_bb);
+    let fitted = Fitted {
+        tt,
+        ee: law(&spectra.ee, config.slope_ee),
+        bb: law(&spectra.bb, config.slope_bb),
+        range: (lo, hi),
+        spectra,
+    };
+    Ok((observed, fitted))
+}
+
+/// Adds small scales to one layer (counted from 1), which [`measure`] has seen.
+///
+/// # Errors
+/// If a map has another length than the plan's.
+pub fn add_small_scales(
+    plan: &mut ShtPlan,
+    config: &SmallScales,
+    seed: u64,
+    layer: usize,
+    maps: &StokesMaps,
+    (observed, fitted): (&Harmonics, &Fitted),
+) -> Result<(StokesMaps, LayerReport), Error> {
+    let lmax = plan.lmax();
+    let &Fitted { tt, ee, bb, .. } = fitted;
 
     let mut seeds = seeds::draw(seed, layer, lmax, (tt, ee, bb), config.te)?;
 
@@ -154,6 +193,7 @@ pub fn add_small_scales(
     scale_by_l(&mut seeds.t, &window)?;
     let mut g = vec![0.0; maps.i.len()];
     plan.synthesis(&seeds.t, &mut g)?;
+    drop(std::mem::take(&mut seeds.t));
     let intensity::LogNormal {
         map: i,
         alm: t,
@@ -180,7 +220,7 @@ pub fn add_small_scales(
             maps,
             ee,
             bb,
-            range: (lo, hi),
+            range: fitted.range,
             beam: polarisation_beam,
         },
         (&observed.e, &observed.b),
@@ -217,7 +257,7 @@ pub fn add_small_scales(
         kappa,
         kappa_status,
         limited_pixels,
-        before,
+        before: fitted.spectra.clone(),
         after: simulated.spectra(lmax)?,
     };
     Ok((StokesMaps { i, q, u }, report))

@@ -237,6 +237,7 @@ fn overview_holds_five_maps() {
     t[100] = 21.0;
     let maps = Overview {
         nside: 8,
+        grid: 8,
         i: &t,
         q: &map,
         u: &map,

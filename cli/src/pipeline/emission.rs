@@ -103,6 +103,7 @@ impl Realisation<'_> {
         let (t, beta) = fitted.maps();
         let png = overview::render(&Overview {
             nside: self.config.nside,
+            grid: grid.get() as u32,
             i: &i?,
             q: &q?,
             u: &u?,

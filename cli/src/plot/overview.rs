@@ -11,8 +11,10 @@ use crate::error::Result;
 /// The maps of the overview: 12 Nside² values each, RING order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overview<'a> {
-    /// Resolution of all maps.
+    /// Resolution of the run, for the title.
     pub nside: u32,
+    /// Resolution of these maps.
+    pub grid: u32,
     /// Intensity at 353 GHz, MJy/sr.
     pub i: &'a [f64],
     /// Stokes Q at 353 GHz, MJy/sr.
@@ -109,7 +111,7 @@ pub fn render(maps: &Overview<'_>) -> Result<Vec<u8>> {
         ),
     ] {
         let plot = MapPlot {
-            nside: maps.nside,
+            nside: maps.grid,
             values,
             title: title.to_owned(),
             unit: unit.to_owned(),

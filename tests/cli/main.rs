@@ -7,6 +7,7 @@ mod maps;
 mod pipeline;
 mod plots;
 mod properties;
+mod realisations;
 mod refusals;
 mod rotation;
 mod shell;

@@ -1,9 +1,10 @@
 //! Windows, power-law fits, bins and 2×2 roots.
 
 use dust3d_kernels::sht::alm;
+use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{
     Cov2, PowerLaw, beam, beam_complement, bin_range, binned_mean, cross_spectrum, fit_amplitude,
-    fit_power_law, fit_range, fwhm_to_sigma, scale_by_l,
+    fit_power_law, fit_range, fwhm_to_sigma, log_normal_into, scale_by_l,
 };
 use num_complex::Complex;
 use proptest::prelude::*;
@@ -166,4 +167,25 @@ fn naive_cross_spectrum_and_scaling() {
     assert!(cross_spectrum(&a, &b, &mut []).is_err());
     assert!(scale_by_l(&mut a[1..], &factor).is_err());
     assert!(scale_by_l(&mut a, &[]).is_err());
+}
+
+#[test]
+fn closed_form_log_normal() {
+    let field: Vec<f64> = (0..37).map(|k| 0.5 + k as f64).collect();
+    let g: Vec<f64> = (0..37).map(|k| 0.3 * k as f64 - 5.0).collect();
+    let mut bits = Vec::new();
+    for level in Level::available() {
+        let mut out = vec![f64::NAN; 37];
+        log_normal_into(level, &field, &g, 0.7, 0.245, &mut out).unwrap();
+        for ((x, g), got) in field.iter().zip(&g).zip(&out) {
+            let expected = x * (0.7 * g - 0.245).exp();
+            assert!((got / expected - 1.0).abs() < 2e-15, "{level} {got}");
+        }
+        if level.name() != "portable" {
+            bits.push(out.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
+        }
+    }
+    assert!(bits.windows(2).all(|pair| pair[0] == pair[1]));
+    let mut short = vec![0.0; 36];
+    assert!(log_normal_into(Level::detect(), &field, &g, 1.0, 0.5, &mut short).is_err());
 }

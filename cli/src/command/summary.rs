@@ -25,6 +25,28 @@ pub(super) fn summary(manifest: &Manifest, dir: &Path) -> String {
     text
 }
 
+/// A line per realisation, as text.
+pub(super) fn realisations(made: &[Manifest], out: &Path) -> String {
+    let mut text = String::new();
+    for manifest in made {
+        let seconds: f64 = manifest.stages.iter().map(|s| s.seconds).sum();
+        let kappa: Vec<String> = manifest
+            .small_scales
+            .iter()
+            .map(|s| format!("{:.3}", s.kappa))
+            .collect();
+        let _ = writeln!(
+            text,
+            "seed {:>6}: {seconds:8.2} s, {} files, κ {}",
+            manifest.seed.unwrap_or(0),
+            manifest.files.len(),
+            kappa.join(" ")
+        );
+    }
+    let _ = writeln!(text, "{} realisations in {}", made.len(), out.display());
+    text
+}
+
 fn head(text: &mut String, manifest: &Manifest) {
     let _ = write!(text, "Nside {}", manifest.nside);
     for (name, value) in [("lmax", manifest.lmax), ("layers", manifest.layers)] {

@@ -30,6 +30,17 @@ pub struct RunDir {
 }
 
 impl RunDir {
+    /// Whether [`create`](Self::create) would begin the directory.
+    ///
+    /// # Errors
+    /// `target` exists and may not be replaced.
+    pub fn check(target: &Path, force: bool) -> Result<()> {
+        match fs::symlink_metadata(target) {
+            Ok(_) => check_replaceable(target, force),
+            Err(_) => Ok(()),
+        }
+    }
+
     /// Begins the directory `target`, whose parent is made if need be.
     ///
     /// With `force`, an existing empty directory or one made by this program is replaced at the end, not before.
@@ -44,9 +55,7 @@ impl RunDir {
                 fs::canonicalize(target).map_err(|cause| Error::io("write to", target, &cause))?
             }
         };
-        if fs::symlink_metadata(&target).is_ok() {
-            check_replaceable(&target, force)?;
-        }
+        Self::check(&target, force)?;
         if let Some(parent) = target
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty())

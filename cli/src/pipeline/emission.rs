@@ -53,7 +53,9 @@ impl Realisation<'_> {
             let filled = |map: &Stored, mean: f64| -> Result<Vec<f64>, Error> {
                 let mut own = Vec::new();
                 let values = map.view(slab.clone(), &mut own)?.iter();
-                Ok(values.map(|&x| if is_missing(x) { mean } else { x }).collect())
+                Ok(values
+                    .map(|&x| if is_missing(x) { mean } else { x })
+                    .collect())
             };
             if !bands.is_empty() {
                 let t = filled(&self.base.t, mean_t)?;
@@ -85,8 +87,12 @@ impl Realisation<'_> {
             let pixels = fitted.within(&slab);
             let mut fit = Total::new(&laws.fit, pixels.len());
             for layer in &layers {
-                let [i, t, beta] = [&layer.stokes[0], &layer.t, &layer.beta]
-                    .map(|map| pixels.iter().map(|p| map[p - slab.start]).collect::<Vec<_>>());
+                let [i, t, beta] = [&layer.stokes[0], &layer.t, &layer.beta].map(|map| {
+                    pixels
+                        .iter()
+                        .map(|p| map[p - slab.start])
+                        .collect::<Vec<_>>()
+                });
                 fit.add(level, &i, &t, &beta)?;
             }
             fitted.put(pixels, |t, beta| fit.fit(level, t, beta))?;
@@ -222,7 +228,12 @@ impl FittedPixels {
         let nside = Nside::new(fine.get().min(OVERVIEW_NSIDE))?;
         let npix = nside.npix() as usize;
         let mut pairs = (0..npix)
-            .map(|p| Ok((ring::vec2pix(fine, ring::pix2vec(nside, p as u64)?)? as usize, p)))
+            .map(|p| {
+                Ok((
+                    ring::vec2pix(fine, ring::pix2vec(nside, p as u64)?)? as usize,
+                    p,
+                ))
+            })
             .collect::<Result<Vec<_>, Error>>()?;
         pairs.sort_unstable();
         Ok(Self {

@@ -3,7 +3,9 @@
 use super::{Realisation, records};
 use crate::Error;
 use crate::stages::laws::sky::{BETA_FLOOR, T_FLOOR, TotalFit, mean_std};
-use crate::stages::laws::{self, Calibration, CalibrationStatus, Factors, LawStats, ObservedLaws, Sky};
+use crate::stages::laws::{
+    self, Calibration, CalibrationStatus, Factors, LawStats, ObservedLaws, Sky,
+};
 use crate::store::Stored;
 
 /// Pixels that the calibration looks at first.

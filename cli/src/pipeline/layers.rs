@@ -27,8 +27,7 @@ impl Preparation<'_> {
     ) -> Result<(Layers, LayerAverages), Error> {
         let config = self.config;
         let npix = observed.i.len();
-        self.progress
-            .stage("fractions", slabs(npix).count() as u64);
+        self.progress.stage("fractions", slabs(npix).count() as u64);
         let edges: Vec<&[f64]> = cube.edges.iter().map(Vec::as_slice).collect();
         let radius = config.layers.fill_radius_deg.to_radians();
         let fractions = fractions::fractions(&edges, cube.nside, radius, self.level)?;

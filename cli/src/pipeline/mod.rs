@@ -126,7 +126,10 @@ pub fn prepare(
 
     let reach = observed.stokes_nside.min(nside.get()) as usize * 3 / 2;
     let laws_nside = observed.laws_nside as usize;
-    let (t, beta) = (stage.store.keep(observed.t)?, stage.store.keep(observed.beta)?);
+    let (t, beta) = (
+        stage.store.keep(observed.t)?,
+        stage.store.keep(observed.beta)?,
+    );
     let Preparation {
         plan,
         store,

@@ -24,7 +24,13 @@ impl Preparation<'_> {
         let writer = self.writer;
         let mut show = |name: &str, map: &[f64]| {
             let (quantity, unit) = description(name);
-            writer.map(&format!("observations/{name}"), quantity, unit, map, Dtype::F64)
+            writer.map(
+                &format!("observations/{name}"),
+                quantity,
+                unit,
+                map,
+                Dtype::F64,
+            )
         };
         let mut inputs = match inputs {
             Some(inputs) => inputs,

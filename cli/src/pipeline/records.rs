@@ -16,11 +16,7 @@ pub(super) fn fit(laws: &LawStats) -> FitStatistics {
 }
 
 /// Of the laws: how they were calibrated, and mean and standard deviation per layer.
-pub(super) fn laws(
-    calibration: &Calibration,
-    t: &[(f64, f64)],
-    beta: &[(f64, f64)],
-) -> LawsRecord {
+pub(super) fn laws(calibration: &Calibration, t: &[(f64, f64)], beta: &[(f64, f64)]) -> LawsRecord {
     let (t_mean, t_std) = t.iter().copied().unzip();
     let (beta_mean, beta_std) = beta.iter().copied().unzip();
     LawsRecord {

@@ -14,11 +14,14 @@ pub(super) struct Measured {
 
 impl Measured {
     fn keep(store: &Store, harmonics: &Harmonics, fitted: &Fitted) -> Result<Self, Error> {
-        let flat = |alm: &[Complex<f64>]| {
-            store.keep(alm.iter().flat_map(|c| [c.re, c.im]).collect())
-        };
+        let flat =
+            |alm: &[Complex<f64>]| store.keep(alm.iter().flat_map(|c| [c.re, c.im]).collect());
         Ok(Self {
-            alms: [flat(&harmonics.t)?, flat(&harmonics.e)?, flat(&harmonics.b)?],
+            alms: [
+                flat(&harmonics.t)?,
+                flat(&harmonics.e)?,
+                flat(&harmonics.b)?,
+            ],
             fitted: fitted.clone(),
         })
     }
@@ -73,7 +76,8 @@ impl Realisation<'_> {
 
     /// The renormalised layer, counted from 1.
     fn layer(&mut self, number: usize) -> Result<StokesMaps, Error> {
-        let gone = || Error::usage("the layers are used up; prepare with reuse for several realisations");
+        let gone =
+            || Error::usage("the layers are used up; prepare with reuse for several realisations");
         let slot = &mut self.base.layers[number - 1];
         let [i, q, u] = if self.base.options.reuse {
             let [i, q, u] = slot.as_ref().ok_or_else(gone)?;
@@ -109,7 +113,9 @@ impl Realisation<'_> {
             (&harmonics, &fitted),
         )?;
         self.manifest.counts.limited_pixels += report.limited_pixels;
-        self.manifest.small_scales.push(records::small_scales(&report));
+        self.manifest
+            .small_scales
+            .push(records::small_scales(&report));
         if self.writer.keeps_all() {
             let csv = records::spectra_csv(&report);
             self.writer.out.file(

@@ -130,7 +130,9 @@ pub fn others(
     show: &mut dyn FnMut(&str, &[f64]) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let get = |name: &str| -> Result<&[f64], Error> {
-        let map = sky.get(name).ok_or_else(|| Error::input(format!("the sky has no {name}")))?;
+        let map = sky
+            .get(name)
+            .ok_or_else(|| Error::input(format!("the sky has no {name}")))?;
         Ok(&map.values)
     };
     let layer = Layer {
@@ -195,7 +197,14 @@ fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, E
                 let sun = Spiral::default().r_sun_kpc;
                 let bounds = [near, far];
                 let density = Density::default();
-                columns_into(level, &density, sun, &bounds, &directions, &mut [&mut column])?;
+                columns_into(
+                    level,
+                    &density,
+                    sun,
+                    &bounds,
+                    &directions,
+                    &mut [&mut column],
+                )?;
                 log_normal_into(level, &column, g, amplitude, shift, &mut shell)?;
                 for (sum, shell) in sum.iter_mut().zip(&shell) {
                     *sum += shell;
@@ -231,11 +240,7 @@ fn add_floor(map: &mut [f64], total: &[f64], bin: usize) {
 }
 
 /// The cube, scaled, as far as its footprint reaches.
-fn footprint(
-    mut cube: Vec<Vec<f64>>,
-    nside: Nside,
-    scale: f64,
-) -> Result<Vec<Vec<f64>>, Error> {
+fn footprint(mut cube: Vec<Vec<f64>>, nside: Nside, scale: f64) -> Result<Vec<Vec<f64>>, Error> {
     for p in 0..nside.npix() {
         let inside = declination_deg(ring::pix2vec(nside, p)?) > LEAST_DECLINATION;
         for map in &mut cube {
@@ -331,7 +336,10 @@ fn polarisation(
     let distances: Vec<f64> = FIELD_EDGES.iter().map(|&mu| distance_kpc(mu)).collect();
     for slab in slabs(npix) {
         let (q_field, u_field) = field::ratios(&model, &distances, nside, slab.clone(), level)?;
-        let parts = [(&mut q[slab.clone()], q_field), (&mut u[slab.clone()], u_field)];
+        let parts = [
+            (&mut q[slab.clone()], q_field),
+            (&mut u[slab.clone()], u_field),
+        ];
         for (map, ratios) in parts {
             map.par_chunks_mut(CHUNK).enumerate().for_each(|(c, map)| {
                 for (k, x) in map.iter_mut().enumerate() {

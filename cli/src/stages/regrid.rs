@@ -42,7 +42,14 @@ pub fn scalar_range(
     out.par_chunks_mut(CHUNK)
         .enumerate()
         .try_for_each(|(k, piece)| {
-            kernel(level, from, to, map, (pixels.start + k * CHUNK) as u64, piece)
+            kernel(
+                level,
+                from,
+                to,
+                map,
+                (pixels.start + k * CHUNK) as u64,
+                piece,
+            )
         })?;
     Ok(out)
 }
@@ -51,7 +58,12 @@ pub fn scalar_range(
 ///
 /// # Errors
 /// If `map` is not a map of Nside `from`.
-pub fn scalar_owned(map: Vec<f64>, from: Nside, to: Nside, level: Level) -> Result<Vec<f64>, Error> {
+pub fn scalar_owned(
+    map: Vec<f64>,
+    from: Nside,
+    to: Nside,
+    level: Level,
+) -> Result<Vec<f64>, Error> {
     if from == to && map.len() as u64 == to.npix() {
         return Ok(map);
     }
@@ -102,7 +114,13 @@ pub fn polarisation(
     let lmax = 2 * from.get() as usize;
     let zero = Complex::new(0.0, 0.0);
     let (mut e, mut b) = (vec![zero; alm::len(lmax)], vec![zero; alm::len(lmax)]);
-    ShtPlan::new(from, lmax, level)?.analysis_spin2(&q, &u, &mut e, &mut b, &Analysis::default())?;
+    ShtPlan::new(from, lmax, level)?.analysis_spin2(
+        &q,
+        &u,
+        &mut e,
+        &mut b,
+        &Analysis::default(),
+    )?;
     drop((q, u));
     let npix = to.npix() as usize;
     let (mut q, mut u) = (vec![0.0; npix], vec![0.0; npix]);

@@ -116,6 +116,44 @@ fn naive_random_upgrade() {
     }
 }
 
+/// Runs between the same source pixels give the bits of the stencil pixel by pixel, wherever a range is cut.
+#[test]
+fn upgrade_by_runs_has_the_bits_of_stencils() {
+    for (from, to) in [(4, 64), (8, 16), (3, 48), (16, 17)] {
+        let (from, to) = (Nside::new(from).unwrap(), Nside::new(to).unwrap());
+        let map = noise(from);
+        // One missing pixel far away makes its rings go pixel by pixel, and no other.
+        let mut holed = map.clone();
+        let equator = map.len() / 2;
+        holed[equator] = f64::NAN;
+        let npix = to.npix() as usize;
+        let (mut runs, mut mixed) = (vec![0.0; npix], vec![0.0; npix]);
+        for level in Level::available() {
+            resample::upgrade_bilinear_ring(level, from, to, &map, &mut runs).unwrap();
+            resample::upgrade_bilinear_ring(level, from, to, &holed, &mut mixed).unwrap();
+            let mut same = 0;
+            for (a, b) in runs.iter().zip(&mixed) {
+                same += usize::from(a.to_bits() == b.to_bits());
+            }
+            let touched = 2 * npix / (map.len() / 16);
+            assert!(same >= npix - touched, "{level}: {same} of {npix}");
+            for cut in [1, 97, npix / 3] {
+                let mut parts = vec![0.0; npix];
+                let (a, b) = parts.split_at_mut(cut);
+                resample::upgrade_bilinear_ring_range(level, from, to, &map, 0, a).unwrap();
+                resample::upgrade_bilinear_ring_range(level, from, to, &map, cut as u64, b)
+                    .unwrap();
+                assert!(
+                    parts
+                        .iter()
+                        .zip(&runs)
+                        .all(|(a, b)| a.to_bits() == b.to_bits())
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn equal_nsides_copy_every_bit() {
     let nside = Nside::new(8).unwrap();

@@ -4,8 +4,8 @@ use crate::Error;
 use crate::config::Fit;
 use crate::parallel;
 use crate::stages::intensity::LayerAverages;
-use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
 use crate::store::Stored;
+use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
 use dust3d_kernels::healpix::missing::is_missing;
 use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
 use dust3d_kernels::simd::Level;
@@ -193,7 +193,14 @@ impl<'a> Total<'a> {
     ) -> Result<(), Error> {
         let nodes: Vec<&[MbbNode]> = self.fit.nodes.iter().map(std::slice::from_ref).collect();
         let mut out: Vec<&mut [f64]> = self.bands.iter_mut().map(Vec::as_mut_slice).collect();
-        Ok(mbb_add_stokes(level, &nodes, [intensity], t, beta, &mut out)?)
+        Ok(mbb_add_stokes(
+            level,
+            &nodes,
+            [intensity],
+            t,
+            beta,
+            &mut out,
+        )?)
     }
 
     /// T and β of the fit, NaN where there is none.

@@ -141,7 +141,11 @@ impl<'a> Layer<'a> {
         };
         let shift = 0.5 * kappa * kappa;
         map.par_chunks_mut(CHUNK)
-            .zip(self.observed.par_chunks(CHUNK).zip(self.g.par_chunks(CHUNK)))
+            .zip(
+                self.observed
+                    .par_chunks(CHUNK)
+                    .zip(self.g.par_chunks(CHUNK)),
+            )
             .try_for_each(|(out, (i, g))| {
                 log_normal_into(self.level, i, g, amplitude, shift, out)
             })?;
@@ -318,15 +322,17 @@ impl<'a> PowerMatch<'a> {
         };
         let map = self.layer.with(kappa)?;
         let difference = parallel::map(map.len(), |range, out| {
-            for ((out, x), y) in out.iter_mut().zip(&map[range.clone()]).zip(&from.map[range]) {
+            for ((out, x), y) in out
+                .iter_mut()
+                .zip(&map[range.clone()])
+                .zip(&from.map[range])
+            {
                 *out = x - y;
             }
         });
         let mut alm = vec![Complex::new(0.0, 0.0); from.alm.len()];
         self.plan.analysis(&difference, &mut alm, &analysis)?;
-        alm.par_iter_mut()
-            .zip(&from.alm)
-            .for_each(|(a, b)| *a += b);
+        alm.par_iter_mut().zip(&from.alm).for_each(|(a, b)| *a += b);
         let excess = self.excess_of(&alm)?;
         Ok(Trial {
             kappa,

@@ -2,21 +2,25 @@
 
 use super::session::Session;
 use super::{print, summary};
-use crate::config::{Config, Draft, parse_frequency};
+use crate::config::{Config, Draft, Preset, parse_frequency};
 use crate::error::Result;
 use crate::io::{Inputs, RunDir};
 use crate::pipeline;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  dust3d run --out demo\n  dust3d run planck.toml --out sky --nside 256 --seed 7 --freq 95,150\n  dust3d run --out plain --set small_scales.enabled=false"
+    after_help = "Examples:\n  dust3d run --out demo\n  dust3d run planck.toml --out sky --nside 256 --seed 7 --freq 95,150\n  dust3d run --out plain --set small_scales.enabled=false\n  dust3d run --preset planck-gnilc --out planck --seed 3"
 )]
 pub(super) struct Args {
     /// Configuration (`dust3d config` prints the default one); none = the built-in sky
     #[arg(value_name = "CONFIG.toml")]
     config: Option<PathBuf>,
+    /// Begin with the values of a preset (`dust3d config --preset NAME` prints them)
+    #[arg(long, value_name = "NAME", value_parser = preset())]
+    preset: Option<Preset>,
     /// Directory to make
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -46,6 +50,9 @@ pub(super) struct Args {
 impl Args {
     fn resolve(&self) -> Result<Config> {
         let mut draft = Draft::new();
+        if let Some(preset) = self.preset {
+            draft = draft.toml(preset.toml(), Path::new(""))?;
+        }
         if let Some(path) = &self.config {
             draft = draft.file(path)?;
         }
@@ -78,7 +85,13 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             None
         } else {
             progress.stage("reading the inputs", 1);
-            let inputs = Inputs::read(&config)?;
+            let inputs = Inputs::read(&config).map_err(|error| match args.preset {
+                Some(preset) => error.with_remedy(format_args!(
+                    "`dust3d config --preset {}` says where its files come from",
+                    preset.name()
+                )),
+                None => error,
+            })?;
             for note in inputs.notes() {
                 progress.note(note);
             }
@@ -92,6 +105,12 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         return Ok(());
     }
     print(&summary::summary(&manifest, &args.out))
+}
+
+/// For clap: the name of a preset.
+pub(super) fn preset() -> impl TypedValueParser<Value = Preset> {
+    PossibleValuesParser::new(Preset::ALL.map(Preset::name))
+        .try_map(|name| Preset::by_name(&name).ok_or("no such preset"))
 }
 
 /// For clap: a frequency in GHz, or a wavelength such as `100um`.

@@ -2,10 +2,14 @@
 
 mod commands;
 mod config;
+mod emit_bands;
+mod export;
 mod fits;
+mod manual;
 mod maps;
 mod pipeline;
 mod plots;
+mod presets;
 mod properties;
 mod realisations;
 mod refusals;

@@ -1,11 +1,13 @@
-//! The layers of a finished run, one at a time, with the emission laws of a model.
+//! The layers of a finished run, with the emission laws of a model: whole, one at a time, or all of them slab by slab.
 
 use crate::error::{Error, Result};
 use crate::io::Run;
+use crate::io::run::MapStream;
 use crate::io::manifest::InputRecord;
 use crate::kernels::healpix::missing::is_missing;
 use crate::stages::emission::{Law, Layer, Model, Stokes};
 use crate::stages::laws::sky::mean_std;
+use rayon::prelude::*;
 
 /// A layer with its law, read from the run.
 pub(super) struct LayerMaps {
@@ -51,14 +53,7 @@ pub(super) fn each_layer(
     mut visit: impl FnMut(&LayerMaps) -> Result<()>,
 ) -> Result<()> {
     let mut read = |stem: String| -> Result<Vec<f64>> {
-        let record = run.record(&stem)?;
-        inputs.push(InputRecord {
-            name: stem.clone(),
-            path: Some(run.dir.join(&record.path).display().to_string()),
-            nside: record.nside.unwrap_or(run.manifest.nside),
-            unit: record.unit.clone().unwrap_or_default(),
-            blake3: record.blake3.clone(),
-        });
+        inputs.push(input_record(run, &stem)?);
         Ok(run.map(&stem)?.values)
     };
     let mut sum: Option<Stokes> = None;
@@ -89,12 +84,8 @@ pub(super) fn each_layer(
         read("observations/T".to_owned())?,
         read("observations/beta".to_owned())?,
     );
-    for map in [&mut t, &mut beta] {
-        let (mean, _) = mean_std(map);
-        for value in map.iter_mut().filter(|value| is_missing(**value)) {
-            *value = mean;
-        }
-    }
+    fill_with_mean(&mut t);
+    fill_with_mean(&mut beta);
     visit(&LayerMaps {
         stokes,
         law: LawMaps::Maps { t, beta },
@@ -131,4 +122,134 @@ fn uniform_law(run: &Run, number: usize) -> Result<LawMaps> {
             run.dir.display()
         ))
     })
+}
+
+/// What the manifest says of a map that is read.
+fn input_record(run: &Run, stem: &str) -> Result<InputRecord> {
+    let record = run.record(stem)?;
+    Ok(InputRecord {
+        name: stem.to_owned(),
+        path: Some(run.dir.join(&record.path).display().to_string()),
+        nside: record.nside.unwrap_or(run.manifest.nside),
+        unit: record.unit.clone().unwrap_or_default(),
+        blake3: record.blake3.clone(),
+    })
+}
+
+fn fill_with_mean(map: &mut [f64]) {
+    let (mean, _) = mean_std(map);
+    for value in map.iter_mut().filter(|value| is_missing(**value)) {
+        *value = mean;
+    }
+}
+
+/// All layers of a run, slab by slab: a few megabytes at a time, however large the maps.
+pub(super) struct LayerStream {
+    layers: Vec<([MapStream; 3], LawStream)>,
+    /// For [`Model::TwoD`]: the whole T and β of the sum, and how much of them is used.
+    sum: Option<(Vec<f64>, Vec<f64>, usize)>,
+}
+
+enum LawStream {
+    Maps([MapStream; 2]),
+    Uniform { t: f64, beta: f64 },
+    /// The layer is only added to the sum.
+    None,
+}
+
+impl LayerStream {
+    /// Opens the maps of `model`; they are added to `inputs`.
+    pub(super) fn open(run: &Run, model: Model, inputs: &mut Vec<InputRecord>) -> Result<Self> {
+        let mut open = |stem: String| -> Result<MapStream> {
+            inputs.push(input_record(run, &stem)?);
+            run.stream(&stem)
+        };
+        let mut layers = Vec::new();
+        for number in 1..=layer_count(run) {
+            let stokes = [
+                open(format!("templates/I_{number}"))?,
+                open(format!("templates/Q_{number}"))?,
+                open(format!("templates/U_{number}"))?,
+            ];
+            let law = match model {
+                Model::ThreeD => LawStream::Maps([
+                    open(format!("laws/T_{number}"))?,
+                    open(format!("laws/beta_{number}"))?,
+                ]),
+                Model::Uniform => match uniform_law(run, number)? {
+                    LawMaps::Uniform { t, beta } => LawStream::Uniform { t, beta },
+                    LawMaps::Maps { .. } => LawStream::None,
+                },
+                Model::TwoD => LawStream::None,
+            };
+            layers.push((stokes, law));
+        }
+        let sum = if model == Model::TwoD {
+            let mut whole = |stem: &str| -> Result<Vec<f64>> {
+                inputs.push(input_record(run, stem)?);
+                let mut map = run.map(stem)?.values;
+                fill_with_mean(&mut map);
+                Ok(map)
+            };
+            Some((whole("observations/T")?, whole("observations/beta")?, 0))
+        } else {
+            None
+        };
+        Ok(Self { layers, sum })
+    }
+
+    /// Every layer in the next `count` pixels, or their sum.
+    pub(super) fn next(&mut self, count: usize) -> Result<Vec<LayerMaps>> {
+        let read = |(stokes, law): &mut ([MapStream; 3], LawStream)| -> Result<_> {
+            let [i, q, u] = stokes;
+            let stokes = [i.next(count)?, q.next(count)?, u.next(count)?];
+            let law = match law {
+                LawStream::Maps([t, beta]) => Some(LawMaps::Maps {
+                    t: t.next(count)?,
+                    beta: beta.next(count)?,
+                }),
+                &mut LawStream::Uniform { t, beta } => Some(LawMaps::Uniform { t, beta }),
+                LawStream::None => None,
+            };
+            Ok((stokes, law))
+        };
+        // Files are read and converted side by side; the order of what comes back is that of the layers.
+        let slabs: Vec<(Stokes, Option<LawMaps>)> =
+            self.layers.par_iter_mut().map(read).collect::<Result<_>>()?;
+        let mut layers = Vec::new();
+        let mut sum: Option<Stokes> = None;
+        for (stokes, law) in slabs {
+            match law {
+                Some(law) => layers.push(LayerMaps { stokes, law }),
+                None => add_to(&mut sum, stokes),
+            }
+        }
+        if let (Some(stokes), Some((t, beta, used))) = (sum, &mut self.sum) {
+            let range = *used..*used + count;
+            *used += count;
+            layers.push(LayerMaps {
+                stokes,
+                law: LawMaps::Maps {
+                    t: t[range.clone()].to_vec(),
+                    beta: beta[range].to_vec(),
+                },
+            });
+        }
+        Ok(layers)
+    }
+
+    /// Checks that every map, now read, is as the run wrote it.
+    pub(super) fn finish(self) -> Result<()> {
+        for (stokes, law) in self.layers {
+            for map in stokes {
+                map.finish()?;
+            }
+            if let LawStream::Maps(maps) = law {
+                for map in maps {
+                    map.finish()?;
+                }
+            }
+        }
+        Ok(())
+    }
 }

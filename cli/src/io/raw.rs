@@ -4,7 +4,7 @@ use crate::config::Dtype;
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::{MISSING, is_missing};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest Nside read: beyond it one map would not fit the memory of the machines the program is made for.
 pub const LARGEST_NSIDE: u32 = 8192;
@@ -102,7 +102,7 @@ pub(super) fn single(value: f64) -> f32 {
 
 /// Reads `len` bytes: Nside, the values with missing pixels as [`MISSING`], and the BLAKE3 hash of the bytes.
 pub(super) fn read(
-    mut input: impl Read,
+    input: impl Read,
     len: u64,
     dtype: Dtype,
     path: &Path,
@@ -110,42 +110,82 @@ pub(super) fn read(
     let nside = nside_of_len(len, dtype)?;
     let npix = 12 * nside as usize * nside as usize;
     let mut values = Vec::with_capacity(npix);
-    let mut hasher = blake3::Hasher::new();
-    let mut buffer = vec![0; CHUNK];
-    while values.len() < npix {
-        let size = CHUNK.min((npix - values.len()) * dtype.size());
-        let chunk = &mut buffer[..size];
-        input
-            .read_exact(chunk)
-            .map_err(|cause| Error::io("read", path, &cause))?;
-        hasher.update(chunk);
-        let first = values.len();
-        match dtype {
-            Dtype::F64 => values.extend(
-                chunk
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|&bytes| f64::from_le_bytes(bytes)),
-            ),
-            Dtype::F32 => values.extend(
-                chunk
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
-            ),
-        }
-        for (offset, value) in values[first..].iter_mut().enumerate() {
-            if is_missing(*value) {
-                *value = MISSING;
-            } else if value.is_infinite() {
-                return Err(Error::input(format!(
-                    "pixel {} is infinite; write NaN or {MISSING:e} where there is no value",
-                    first + offset
-                )));
-            }
+    let mut reader = RawReader::new(input, dtype, path);
+    reader.read(npix, &mut values)?;
+    Ok((nside, values, reader.finish()))
+}
+
+/// Reads values one after the other, and hashes their bytes.
+#[derive(Debug)]
+pub(super) struct RawReader<R> {
+    input: R,
+    dtype: Dtype,
+    path: PathBuf,
+    hasher: blake3::Hasher,
+    buffer: Vec<u8>,
+    pixel: usize,
+}
+
+impl<R: Read> RawReader<R> {
+    /// Of a file that errors call `path`.
+    pub(super) fn new(input: R, dtype: Dtype, path: &Path) -> Self {
+        Self {
+            input,
+            dtype,
+            path: path.to_owned(),
+            hasher: blake3::Hasher::new(),
+            buffer: vec![0; CHUNK],
+            pixel: 0,
         }
     }
-    Ok((nside, values, hasher.finalize().to_hex().to_string()))
+
+    /// Appends the next `count` values, missing ones as [`MISSING`].
+    ///
+    /// # Errors
+    /// Fewer are left, or one is infinite.
+    pub(super) fn read(&mut self, count: usize, values: &mut Vec<f64>) -> Result<()> {
+        let end = values.len() + count;
+        while values.len() < end {
+            let size = CHUNK.min((end - values.len()) * self.dtype.size());
+            let chunk = &mut self.buffer[..size];
+            self.input
+                .read_exact(chunk)
+                .map_err(|cause| Error::io("read", &self.path, &cause))?;
+            self.hasher.update(chunk);
+            let first = values.len();
+            match self.dtype {
+                Dtype::F64 => values.extend(
+                    chunk
+                        .as_chunks()
+                        .0
+                        .iter()
+                        .map(|&bytes| f64::from_le_bytes(bytes)),
+                ),
+                Dtype::F32 => values.extend(
+                    chunk
+                        .as_chunks()
+                        .0
+                        .iter()
+                        .map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
+                ),
+            }
+            for value in &mut values[first..] {
+                if is_missing(*value) {
+                    *value = MISSING;
+                } else if value.is_infinite() {
+                    return Err(Error::input(format!(
+                        "pixel {} is infinite; write NaN or {MISSING:e} where there is no value",
+                        self.pixel
+                    )));
+                }
+                self.pixel += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// The hash of what was read.
+    pub(super) fn finish(self) -> String {
+        self.hasher.finalize().to_hex().to_string()
+    }
 }

@@ -2,7 +2,9 @@
 
 use super::manifest::{FileRecord, Manifest};
 use super::map_file::{MapFile, MapSource};
+use super::raw::RawReader;
 use crate::error::{Error, Result};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// A finished run's directory.
@@ -60,12 +62,77 @@ impl Run {
         let record = self.record(stem)?;
         let path = self.dir.join(&record.path);
         let map = MapSource::parse(&path)?.read()?;
-        if map.blake3 != record.blake3 {
-            return Err(Error::input(format!(
-                "`{}` is not the file that the run wrote: its contents have changed; make the run again",
-                path.display()
-            )));
-        }
+        check_hash(&map.blake3, record, &path)?;
         Ok(map)
     }
+
+    /// Opens the map called `stem` to be read piece by piece.
+    ///
+    /// # Errors
+    /// The run does not hold it, or it has another length than the run's maps.
+    pub fn stream(&self, stem: &str) -> Result<MapStream> {
+        let record = self.record(stem)?;
+        let path = self.dir.join(&record.path);
+        let dtype = match MapSource::parse(&path)? {
+            MapSource::Raw { dtype, .. } => dtype,
+            _ => return Err(Error::input(format!("`{}` is no raw map", path.display()))),
+        };
+        let failed = |cause| Error::io("read the map", &path, &cause);
+        let file = File::open(&path).map_err(failed)?;
+        let len = file.metadata().map_err(failed)?.len();
+        let npix = 12 * u64::from(self.manifest.nside).pow(2);
+        if len != npix * dtype.size() as u64 {
+            return Err(changed(&path));
+        }
+        Ok(MapStream {
+            reader: RawReader::new(file, dtype, &path),
+            record: record.clone(),
+            path,
+        })
+    }
+}
+
+/// A map of a run that is read piece by piece, from its first pixel to its last.
+#[derive(Debug)]
+pub struct MapStream {
+    reader: RawReader<File>,
+    record: FileRecord,
+    path: PathBuf,
+}
+
+impl MapStream {
+    /// The next `count` values.
+    ///
+    /// # Errors
+    /// They cannot be read.
+    pub fn next(&mut self, count: usize) -> Result<Vec<f64>> {
+        let mut values = Vec::with_capacity(count);
+        self.reader
+            .read(count, &mut values)
+            .map_err(|error| error.within(self.path.display()))?;
+        Ok(values)
+    }
+
+    /// Checks that what was read, all of the map, is what the run wrote.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn finish(self) -> Result<()> {
+        check_hash(&self.reader.finish(), &self.record, &self.path)
+    }
+}
+
+fn check_hash(hash: &str, record: &FileRecord, path: &Path) -> Result<()> {
+    if hash == record.blake3 {
+        Ok(())
+    } else {
+        Err(changed(path))
+    }
+}
+
+fn changed(path: &Path) -> Error {
+    Error::input(format!(
+        "`{}` is not the file that the run wrote: its contents have changed; make the run again",
+        path.display()
+    ))
 }

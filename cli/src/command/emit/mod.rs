@@ -1,11 +1,12 @@
 //! `dust3d emit`: frequency maps from finished runs.
 //!
-//! Layers are read one at a time; all bands of a pass are added up in memory.
+//! The run is read slab by slab. Raw maps that need no harmonic coefficients are written as they come, in one pass for
+//! all bands; else all bands of a pass are added up in memory.
 
 mod bands;
 mod harmonics;
 
-use super::layers::{each_layer, layer_count};
+use super::layers::LayerStream;
 use super::print;
 use super::run::frequency;
 use super::session::Session;
@@ -14,11 +15,13 @@ use crate::error::{Error, Result};
 use crate::io::fits::Frame;
 use crate::io::fits::write::{MapColumn, MapTable, Provenance};
 use crate::io::manifest::InputRecord;
+use crate::io::output::MapWriter;
 use crate::io::{Manifest, MapFormat, Run, RunDir};
 use crate::kernels::planck::mbb::MbbNode;
 use crate::kernels::units::Unit;
 use crate::progress::Progress;
 use crate::stages::emission::{Model, Stokes, add_layer};
+use crate::store::slabs;
 use bands::Band;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use harmonics::{Harmonics, Made};
@@ -124,8 +127,19 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
     let manifest = session.on_threads(0, || {
         let out = RunDir::create(&args.out, args.force)?;
         let mut inputs = Vec::new();
-        let steps = |run: &Run| bands.len().div_ceil(per_pass(run)) * layer_count(run);
-        progress.stage("emission", runs.iter().map(steps).sum::<usize>() as u64);
+        let passes = |run: &Run, streamed: bool| match streamed {
+            true => 1,
+            false => bands.len().div_ceil(per_pass(run)),
+        };
+        let streamed = |run: &Run, harmonics: &Harmonics| {
+            matches!(format(args, run), MapFormat::Raw(_))
+                && !bands.iter().any(|band| harmonics.is_needed(band.fwhm_rad))
+        };
+        let npix = |run: &Run| 12 * (run.manifest.nside as usize).pow(2);
+        let steps = |(run, harmonics): (&Run, &Harmonics)| {
+            passes(run, streamed(run, harmonics)) * slabs(npix(run)).count()
+        };
+        progress.stage("emission", runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64);
         for (run, harmonics) in runs.iter().zip(&mut harmonics) {
             let suffix = match run.manifest.seed {
                 Some(seed) if seeds => format!("_seed{seed}"),
@@ -139,6 +153,11 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
                 suffix,
             };
             let mut read = Vec::new();
+            if streamed(run, harmonics) {
+                writer.stream(&bands, session, progress.as_ref(), &mut read)?;
+                inputs.append(&mut read);
+                continue;
+            }
             for pass in bands.chunks(per_pass(run)) {
                 read.clear();
                 let maps = emission(run, args.model, pass, session, progress.as_ref(), &mut read)?;
@@ -240,7 +259,34 @@ fn format(args: &Args, run: &Run) -> MapFormat {
     }
 }
 
-/// I, Q, U of every band, from the templates and laws of the run.
+/// Gives I, Q, U of every band to `take`, slab by slab.
+fn each_slab(
+    run: &Run,
+    model: Model,
+    bands: &[Band],
+    session: &Session,
+    progress: &dyn Progress,
+    inputs: &mut Vec<InputRecord>,
+    mut take: impl FnMut(Vec<Stokes>) -> Result<()>,
+) -> Result<()> {
+    let npix = 12 * (run.manifest.nside as usize).pow(2);
+    let nodes: Vec<Vec<MbbNode>> = bands.iter().map(|band| band.nodes.clone()).collect();
+    let mut layers = LayerStream::open(run, model, inputs)?;
+    for slab in slabs(npix) {
+        let mut out: Vec<Stokes> = bands
+            .iter()
+            .map(|_| std::array::from_fn(|_| vec![0.0; slab.len()]))
+            .collect();
+        for layer in layers.next(slab.len())? {
+            add_layer(session.level, &nodes, &layer.view(), &mut out)?;
+        }
+        take(out)?;
+        progress.advance(1);
+    }
+    layers.finish()
+}
+
+/// I, Q, U of every band, whole.
 fn emission(
     run: &Run,
     model: Model,
@@ -250,16 +296,17 @@ fn emission(
     inputs: &mut Vec<InputRecord>,
 ) -> Result<Vec<Stokes>> {
     let npix = 12 * (run.manifest.nside as usize).pow(2);
-    let nodes: Vec<Vec<MbbNode>> = bands.iter().map(|band| band.nodes.clone()).collect();
-    let mut out: Vec<Stokes> = bands
+    let mut whole: Vec<Stokes> = bands
         .iter()
-        .map(|_| std::array::from_fn(|_| vec![0.0; npix]))
+        .map(|_| std::array::from_fn(|_| Vec::with_capacity(npix)))
         .collect();
-    let step = || progress.advance(1);
-    each_layer(run, model, inputs, step, |layer| {
-        add_layer(session.level, &nodes, &layer.view(), &mut out)
+    each_slab(run, model, bands, session, progress, inputs, |slab| {
+        for (map, piece) in whole.iter_mut().flatten().zip(slab.iter().flatten()) {
+            map.extend_from_slice(piece);
+        }
+        Ok(())
     })?;
-    Ok(out)
+    Ok(whole)
 }
 
 /// Writes what was made of a run.
@@ -272,10 +319,58 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    fn stem(&self, band: &Band) -> String {
+        format!("{}_{}{}", self.args.model.name(), band.name, self.suffix)
+    }
+
+    /// Raw maps as they come from the run.
+    fn stream(
+        &self,
+        bands: &[Band],
+        session: &Session,
+        progress: &dyn Progress,
+        inputs: &mut Vec<InputRecord>,
+    ) -> Result<()> {
+        let model = self.args.model;
+        let wanted: Vec<usize> = (0..3)
+            .filter(|&k| self.args.stokes.contains(["I", "Q", "U"][k]))
+            .collect();
+        let mut files = Vec::new();
+        for band in bands {
+            for &k in &wanted {
+                let stokes = ["I", "Q", "U"][k];
+                files.push(self.out.begin_map(
+                    &format!("{}_{stokes}", self.stem(band)),
+                    &format!("{stokes} of {}, model {}", band.name, model.name()),
+                    self.args.unit.name(),
+                    self.run.manifest.nside,
+                    self.format.dtype(),
+                )?);
+            }
+        }
+        each_slab(self.run, model, bands, session, progress, inputs, |slab| {
+            let mut files = files.iter_mut();
+            for stokes in &slab {
+                for (&k, file) in wanted.iter().zip(&mut files) {
+                    file.append(&stokes[k])?;
+                }
+            }
+            Ok(())
+        })?;
+        files.into_iter().try_for_each(MapWriter::finish)
+    }
+
     fn write(&self, band: &Band, made: &Made, lmax: usize) -> Result<()> {
-        let model = self.args.model.name();
-        let stem = format!("{model}_{}{}", band.name, self.suffix);
-        let what = format!("{}, model {model}", band.name);
+        let stem = self.stem(band);
+        let mut what = format!("{}, model {}", band.name, self.args.model.name());
+        if band.fwhm_rad > 0.0 {
+            // To a millionth of an arcmin, so that what was asked for is what is written.
+            let arcmin = (band.fwhm_rad.to_degrees() * 60e6).round() / 1e6;
+            what += &format!(", beam of {arcmin} arcmin");
+        }
+        if self.args.coord != Frame::Galactic {
+            what += &format!(", {} coordinates", self.args.coord.name());
+        }
         let provenance = Provenance {
             frequency_ghz: band.ghz,
             frame: self.args.coord,

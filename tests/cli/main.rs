@@ -2,6 +2,8 @@
 
 mod commands;
 mod config;
+mod emit_bands;
+mod export;
 mod fits;
 mod maps;
 mod pipeline;

@@ -1,7 +1,9 @@
 //! The `dust3d` command: arguments, and one module per subcommand. All work is done by the rest of the library.
 
 mod emit;
+mod export;
 mod fit;
+mod layers;
 mod map;
 mod run;
 mod session;
@@ -43,6 +45,8 @@ enum Command {
     Config,
     /// Frequency maps from a finished run
     Emit(emit::Args),
+    /// A run for other programs: templates and configuration for PySM
+    Export(export::Args),
     /// Fit a modified blackbody (τ, T, β) in every pixel of intensity maps
     Fit(fit::Args),
     /// Tools on single maps
@@ -73,6 +77,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Config => print(DEFAULT_TOML),
         Command::Run(args) => run::execute(&args, &session),
         Command::Emit(args) => emit::execute(&args, &session),
+        Command::Export(args) => export::execute(&args, &session),
         Command::Fit(args) => fit::execute(&args, &session),
         Command::Map(command) => map::execute(command, &session),
     }

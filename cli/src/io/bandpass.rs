@@ -1,5 +1,7 @@
-//! Bandpass tables: text with two columns, frequency in GHz and weight.
+//! Bandpass tables: text with two columns, frequency in GHz and weight, or a table of a FITS file.
 
+use super::fits::{self, Selection};
+use super::map_file::Container;
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -13,14 +15,31 @@ pub struct Bandpass {
 }
 
 impl Bandpass {
-    /// Reads a table.
+    /// Reads a table, and gives it a name: that of the file, or of the table in a FITS file (`file.fits[BANDPASS_F143]`),
+    /// whose `BANDPASS_` is left out.
+    ///
+    /// A table in FITS has the columns WAVENUMBER or FREQUENCY (whose TUNIT may be cm⁻¹, m⁻¹, Hz, MHz, GHz, THz; without one, cm⁻¹
+    /// and GHz) and TRANSMISSION, RESPONSE or WEIGHT, as the reduced instrument models of Planck have it. Rows up to frequency 0,
+    /// with which some tables of a spectrometer begin, are left out.
     ///
     /// # Errors
     /// As [`Bandpass::parse`], or a file that cannot be read.
-    pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|cause| Error::io("read the bandpass", path, &cause))?;
-        Self::parse(&text).map_err(|error| error.within(path.display()))
+    pub fn read(spec: &Path) -> Result<(Self, String)> {
+        let (path, selection) = fits::parse(spec)?;
+        if Container::of(&path) == Some(Container::Fits) {
+            return fits::read_bandpass(&path, &selection);
+        }
+        if selection != Selection::default() {
+            return Err(Error::usage(format!(
+                "`{}`: a bandpass in a text file is alone in it; leave out {selection}",
+                spec.display()
+            )));
+        }
+        let text = std::fs::read_to_string(&path)
+            .map_err(|cause| Error::io("read the bandpass", &path, &cause))?;
+        let band = Self::parse(&text).map_err(|error| error.within(path.display()))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        Ok((band, name.into_owned()))
     }
 
     /// Reads lines of two numbers, apart from empty lines and comments (`#`); columns are separated by blanks or a comma.

@@ -8,6 +8,7 @@ use super::output::{RunDir, write_streamed};
 use super::raw::encode_raw;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
+use crate::kernels::Complex;
 use std::path::Path;
 
 /// Format of maps that are written.
@@ -132,6 +133,58 @@ impl RunDir {
                 format,
                 &one,
             )?;
+        }
+        Ok(())
+    }
+
+    /// Writes coefficients (`T`, `E`, `B` and their values in healpy's order) that belong together: to `stem`_alm.fits all
+    /// of them, or each to `stem_NAME` as .c128 or .npy.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn coefficients(
+        &self,
+        stem: &str,
+        quantity: &str,
+        format: MapFormat,
+        fields: &[(&str, &[Complex<f64>])],
+        lmax: usize,
+        unit: &str,
+        provenance: &Provenance,
+    ) -> Result<()> {
+        if matches!(format, MapFormat::Fits(_)) {
+            let names: Vec<&str> = fields.iter().map(|(name, _)| *name).collect();
+            let name = format!("{stem}_alm.fits");
+            let mut file = self.begin(&name)?;
+            fits::alm(fields, lmax, unit, provenance, &mut |bytes| {
+                file.write(bytes)
+            })?;
+            return self.record(FileRecord {
+                path: name,
+                quantity: format!("coefficients {} of {quantity}", names.join(", ")),
+                unit: Some(unit.to_owned()),
+                nside: None,
+                dtype: Some("c128".to_owned()),
+                blake3: file.finish()?,
+            });
+        }
+        for (name, values) in fields {
+            let quantity = format!("coefficients {name} of {quantity}");
+            if !matches!(format, MapFormat::Npy(_)) {
+                self.alm(&format!("{stem}_{name}"), &quantity, unit, values)?;
+                continue;
+            }
+            let path = format!("{stem}_{name}.npy");
+            let mut file = self.begin(&path)?;
+            npy::write_alm(values, &mut |bytes| file.write(bytes))?;
+            self.record(FileRecord {
+                path,
+                quantity,
+                unit: Some(unit.to_owned()),
+                nside: None,
+                dtype: Some("c128".to_owned()),
+                blake3: file.finish()?,
+            })?;
         }
         Ok(())
     }

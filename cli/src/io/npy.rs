@@ -7,6 +7,7 @@ use super::raw::{encode_raw, nside_of_len};
 use super::role::Role;
 use crate::config::Dtype;
 use crate::error::{Error, Result};
+use crate::kernels::Complex;
 use crate::kernels::healpix::missing::{MISSING, is_missing};
 use std::fs::File;
 use std::io::Read;
@@ -17,11 +18,7 @@ const MAGIC: &[u8; 6] = b"\x93NUMPY";
 const LONGEST_HEADER: usize = 1 << 16;
 
 /// The header (version 1.0) of an array of `shape`.
-fn header(shape: &str, dtype: Dtype) -> Vec<u8> {
-    let descr = match dtype {
-        Dtype::F32 => "<f4",
-        Dtype::F64 => "<f8",
-    };
+fn header(shape: &str, descr: &str) -> Vec<u8> {
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
     // Data begin at a multiple of 64; the header ends with a newline.
     let len = (10 + text.len() + 1).next_multiple_of(64);
@@ -49,13 +46,28 @@ pub fn write(
         [_] => format!("{npix},"),
         columns => format!("{}, {npix}", columns.len()),
     };
-    sink(&header(&shape, dtype))?;
+    let descr = match dtype {
+        Dtype::F32 => "<f4",
+        Dtype::F64 => "<f8",
+    };
+    sink(&header(&shape, descr))?;
     for column in table.columns {
         for chunk in column.values.chunks(1 << 13) {
             sink(&encode_raw(chunk, dtype))?;
         }
     }
     Ok(())
+}
+
+/// The `.npy` file of coefficients, complex128 in healpy's order, m-major, m ≥ 0.
+///
+/// # Errors
+/// What the sink returns.
+pub fn write_alm(values: &[Complex<f64>], sink: &mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()> {
+    sink(&header(&format!("{},", values.len()), "<c16"))?;
+    values
+        .chunks(1 << 13)
+        .try_for_each(|chunk| sink(&super::c128::encode(chunk)))
 }
 
 /// Reads the map that `selection` (a number from 1) or `role` (I, Q, U are 1, 2, 3) means.

@@ -109,3 +109,18 @@ for coord in "GCE":
         turned = hp.Rotator(coord=["G", coord]).rotate_alm(turned)
     hp.write_map(f"smooth_{coord}.fits", hp.alm2map(turned, fine), dtype=np.float64, coord=coord,
                  column_units="MJy/sr", overwrite=True)
+
+# Bandpasses as in the reduced instrument models of Planck: HFI in 1/cm from 0 on, LFI in GHz. The values are invented.
+def bandpass(name, unit, nu, weight):
+    columns = [fits.Column(name="WAVENUMBER", format="E", unit=unit, array=nu),
+               fits.Column(name="TRANSMISSION", format="E", array=weight),
+               fits.Column(name="UNCERTAINTY", format="E", array=0 * weight),
+               fits.Column(name="FLAG", format="1A", array=["F"] * len(nu))]
+    return fits.BinTableHDU.from_columns(columns, name=name)
+detectors = fits.BinTableHDU.from_columns(
+    [fits.Column(name="DETECTOR", format="8A", array=["143-1a"]), fits.Column(name="FWHM", format="E", array=[7.2])],
+    name="CHANNEL_PARAMETERS")
+wavenumber = np.arange(0.0, 7.0, 0.25)
+hfi = bandpass("BANDPASS_F143", "cm^-1", wavenumber, np.exp(-2 * (wavenumber - 4.75) ** 2))
+lfi = bandpass("BANDPASS_030", "GHz", np.arange(21.5, 35.5), np.linspace(0.5, 1.5, 14))
+fits.HDUList([fits.PrimaryHDU(), detectors, hfi, lfi]).writeto("rimo.fits", overwrite=True)

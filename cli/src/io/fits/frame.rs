@@ -9,8 +9,10 @@ use crate::kernels::{Complex, Error as KernelError};
 use crate::sht::{Analysis, ShtPlan, rotate_alms};
 
 /// Coordinates of a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Frame {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Frame {
+    /// Galactic.
+    #[default]
     Galactic,
     /// Equatorial, J2000.
     Equatorial,
@@ -50,7 +52,27 @@ impl Frame {
         }
     }
 
-    pub(super) const fn name(self) -> &'static str {
+    /// The frame that HEALPix calls `G`, `C` or `E`.
+    #[must_use]
+    pub fn by_name(letter: &str) -> Option<Self> {
+        [Self::Galactic, Self::Equatorial, Self::Ecliptic]
+            .into_iter()
+            .find(|frame| frame.letter() == letter)
+    }
+
+    /// COORDSYS: `G`, `C` or `E`.
+    #[must_use]
+    pub const fn letter(self) -> &'static str {
+        match self {
+            Self::Galactic => "G",
+            Self::Equatorial => "C",
+            Self::Ecliptic => "E",
+        }
+    }
+
+    /// `Galactic`, `equatorial` or `ecliptic`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Galactic => "Galactic",
             Self::Equatorial => "equatorial",
@@ -80,6 +102,13 @@ impl Frame {
             beta.to_radians(),
             (180.0 - pole).to_radians(),
         ]
+    }
+
+    /// Angles α, β, γ of R_z(α) R_y(β) R_z(γ), which takes Galactic directions to this frame, as [`rotate_alms`] wants them.
+    #[must_use]
+    pub fn from_galactic(self) -> [f64; 3] {
+        let [alpha, beta, gamma] = self.euler();
+        [-gamma, -beta, -alpha]
     }
 
     /// The map, or Q and U, in Galactic coordinates. No pixel may be missing.

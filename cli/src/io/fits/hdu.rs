@@ -90,9 +90,14 @@ impl Hdu {
 
     /// Passes over the data to the next header.
     pub(super) fn skip(&self, stream: &mut Stream<'_>) -> Result<()> {
+        self.skip_after(stream, 0)
+    }
+
+    /// The same after `read` bytes of the data.
+    pub(super) fn skip_after(&self, stream: &mut Stream<'_>, read: u64) -> Result<()> {
         let padded = self.data_len.div_ceil(BLOCK as u64) * BLOCK as u64;
+        stream.skip(self.data_len.saturating_sub(read))?;
         // Some programs leave out the padding at the end of the file.
-        stream.skip(self.data_len)?;
         if padded > self.data_len && !stream.is_at_end()? {
             stream.skip(padded - self.data_len)?;
         }

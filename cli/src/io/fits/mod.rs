@@ -18,6 +18,7 @@
 //! [`Selection`] says how one map of several is named. [`mod@write`] puts maps, harmonic coefficients and spectra into files
 //! that differ in no byte from run to run.
 
+mod bandpass;
 mod card;
 mod choose;
 mod column;
@@ -33,6 +34,8 @@ mod sky;
 mod stream;
 pub mod write;
 
+pub(super) use bandpass::read_bandpass;
+pub use frame::Frame;
 pub use read::{read, read_bytes};
 pub use select::Selection;
 pub(super) use select::parse;

@@ -42,7 +42,12 @@ pub fn alm(
         cards.integer("MIN-LPOL", 0, "smallest l");
         cards.integer("MAX-LPOL", lmax as u64, "largest l");
         cards.integer("MAX-MPOL", lmax as u64, "largest m");
-        cards.text("COORDSYS", "G", "Galactic coordinates");
+        let frame = provenance.frame;
+        cards.text(
+            "COORDSYS",
+            frame.letter(),
+            &format!("{} coordinates", frame.name()),
+        );
         cards.text("POLCCONV", "COSMO", "sign of U");
         provenance.put(&mut cards);
         sink(&cards.finish())?;

@@ -95,7 +95,12 @@ pub fn map(
     cards.integer("LASTPIX", npix as u64 - 1, "last pixel (from 0)");
     cards.text("INDXSCHM", "IMPLICIT", "every pixel is there, in order");
     cards.text("OBJECT", "FULLSKY", "sky coverage");
-    cards.text("COORDSYS", "G", "Galactic coordinates");
+    let frame = table.provenance.frame;
+    cards.text(
+        "COORDSYS",
+        frame.letter(),
+        &format!("{} coordinates", frame.name()),
+    );
     let polarised = table
         .columns
         .iter()

@@ -1,7 +1,8 @@
-//! Where a file comes from: what its last keywords say.
+//! Where a file comes from, and which sky it shows.
 
 use super::cards::Cards;
 use crate::config::Config;
+use crate::io::fits::Frame;
 use crate::io::manifest::Manifest;
 
 /// Where a file comes from. Nothing of it depends on when or where the program ran.
@@ -15,6 +16,8 @@ pub struct Provenance {
     pub config_hash: Option<String>,
     /// FREQ, in GHz.
     pub frequency_ghz: Option<f64>,
+    /// COORDSYS: the coordinates of what is written.
+    pub frame: Frame,
 }
 
 impl Default for Provenance {
@@ -25,6 +28,7 @@ impl Default for Provenance {
             seed: None,
             config_hash: None,
             frequency_ghz: None,
+            frame: Frame::Galactic,
         }
     }
 }
@@ -38,6 +42,7 @@ impl Provenance {
             seed: manifest.seed,
             config_hash: manifest.config.as_ref().map(hash),
             frequency_ghz: None,
+            frame: Frame::Galactic,
         }
     }
 

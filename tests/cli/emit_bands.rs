@@ -189,6 +189,29 @@ fn planck_instrument_model() {
     }
 }
 
+/// A row twice, as in the table of Planck at 857 GHz, is a step; the trapezoid rule over the rows as they stand is kept.
+#[test]
+fn steps_of_a_bandpass() {
+    let rows = [[1.0, 0.5], [2.0, 1.0], [2.0, 3.0], [5.0, 2.0], [5.0, 0.0]];
+    let text: String = rows.iter().map(|[nu, w]| format!("{nu} {w}\n")).collect();
+    let band = Bandpass::parse(&text).expect("a bandpass");
+    assert_eq!(band.nu_ghz, [1.0, 2.0, 5.0]);
+    let trapezoid = |rows: &[[f64; 2]], f: fn(f64) -> f64| -> f64 {
+        rows.windows(2)
+            .map(|w| 0.5 * (w[1][0] - w[0][0]) * (w[0][1] * f(w[0][0]) + w[1][1] * f(w[1][0])))
+            .sum()
+    };
+    let merged: Vec<[f64; 2]> = band
+        .nu_ghz
+        .iter()
+        .zip(&band.weight)
+        .map(|(&a, &b)| [a, b])
+        .collect();
+    for f in [|_| 1.0, |nu: f64| nu * nu, |nu: f64| 1.0 / nu] {
+        assert!((trapezoid(&rows, f) - trapezoid(&merged, f)).abs() < 1e-15);
+    }
+}
+
 /// E and B of a rotated sky: power per degree is what it was; a second rotation by healpy's angles leads back.
 #[test]
 fn coordinates_keep_the_power() {

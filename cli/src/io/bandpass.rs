@@ -45,12 +45,9 @@ impl Bandpass {
     /// Reads lines of two numbers, apart from empty lines and comments (`#`); columns are separated by blanks or a comma.
     ///
     /// # Errors
-    /// A line that is something else, frequencies that do not increase, weights that sum to nothing.
+    /// A line that is something else, frequencies that decrease, no line at all.
     pub fn parse(text: &str) -> Result<Self> {
-        let mut band = Self {
-            nu_ghz: Vec::new(),
-            weight: Vec::new(),
-        };
+        let mut rows: Vec<[f64; 2]> = Vec::new();
         for (number, line) in text.lines().enumerate() {
             let content = line.split('#').next().unwrap_or_default();
             let fields: Vec<&str> = content
@@ -68,19 +65,46 @@ impl Bandpass {
             let (Some(nu), Some(weight)) = (nu, weight) else {
                 return Err(bad("does not hold two numbers, GHz and weight"));
             };
-            if nu <= band.nu_ghz.last().copied().unwrap_or(0.0) {
+            if nu <= 0.0 || rows.last().is_some_and(|[before, _]| nu < *before) {
                 return Err(bad(
-                    "has a frequency that is not above the one before; sort the table, in GHz",
+                    "has a frequency that is not above 0, or below the one before; sort the table, in GHz",
                 ));
             }
-            band.nu_ghz.push(nu);
-            band.weight.push(weight);
+            rows.push([nu, weight]);
         }
-        if band.nu_ghz.is_empty() {
+        if rows.is_empty() {
             return Err(Error::input(
                 "the bandpass has no line; it needs two columns, GHz and weight",
             ));
         }
-        Ok(band)
+        Ok(Self::of_rows(&rows))
+    }
+
+    /// The table of rows (GHz, weight) whose frequencies do not decrease.
+    ///
+    /// Where one frequency is there twice, the response has a step. To the trapezoid rule that is one row with the mean of
+    /// the two sides, each weighted by the interval on its side.
+    pub(super) fn of_rows(rows: &[[f64; 2]]) -> Self {
+        let mut band = Self {
+            nu_ghz: Vec::new(),
+            weight: Vec::new(),
+        };
+        let mut rest = rows;
+        while let Some(&[nu, first]) = rest.first() {
+            let count = rest.iter().take_while(|row| row[0] == nu).count();
+            let (same, after) = rest.split_at(count);
+            let last = same.last().map_or(first, |row| row[1]);
+            let left = band.nu_ghz.last().map_or(0.0, |before| nu - before);
+            let right = after.first().map_or(0.0, |row| row[0] - nu);
+            let weight = if first == last || left + right == 0.0 {
+                last
+            } else {
+                (first * left + last * right) / (left + right)
+            };
+            band.nu_ghz.push(nu);
+            band.weight.push(weight);
+            rest = after;
+        }
+        band
     }
 }

@@ -70,7 +70,12 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     nside: Option<u32>,
     /// Smooth with a Gaussian beam, FWHM in arcmin: one for all bands, or one for each (0 = none)
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
     beam: Vec<f64>,
     /// Coordinates of the maps: Galactic, equatorial (J2000) or ecliptic; Q and U are turned too
     #[arg(long, default_value = "G", value_parser = coordinates, value_name = "G|C|E")]

@@ -124,36 +124,31 @@ fn read(stream: &mut Stream<'_>, hdu: &Hdu, pair: [Wanted<'_>; 2]) -> Result<Ban
         Ok(())
     })?;
     let [nu, weight] = table;
-    let mut band = Bandpass {
-        nu_ghz: Vec::new(),
-        weight: Vec::new(),
-    };
-    for (row, (nu, weight)) in (1..).zip(nu.into_iter().zip(weight)) {
-        let nu = nu * factor;
+    let mut rows: Vec<[f64; 2]> = Vec::new();
+    for (row, (stored, weight)) in (1..).zip(nu.into_iter().zip(weight)) {
+        let nu = stored * factor;
         let bad = |what: &str| {
             hdu.place()
                 .error(format_args!("row {row} of the bandpass {what}"))
         };
-        if !nu.is_finite() || !weight.is_finite() || is_missing(weight) || is_missing(nu / factor) {
+        if !nu.is_finite() || !weight.is_finite() || is_missing(weight) || is_missing(stored) {
             return Err(bad("is no pair of numbers; leave it out"));
         }
-        if nu <= 0.0 {
-            continue;
-        }
-        if nu <= band.nu_ghz.last().copied().unwrap_or(0.0) {
+        if rows.last().is_some_and(|[before, _]| nu < *before) {
             return Err(bad(
-                "has a frequency that is not above the one before; sort the table",
+                "has a frequency that is below the one before; sort the table",
             ));
         }
-        band.nu_ghz.push(nu);
-        band.weight.push(weight);
+        if nu > 0.0 {
+            rows.push([nu, weight]);
+        }
     }
-    if band.nu_ghz.is_empty() {
+    if rows.is_empty() {
         return Err(hdu
             .place()
-            .error("the bandpass has no row; give another table"));
+            .error("the bandpass has no row above frequency 0; give another table"));
     }
-    Ok(band)
+    Ok(Bandpass::of_rows(&rows))
 }
 
 /// The factor from the unit of the column to GHz.

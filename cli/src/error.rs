@@ -103,6 +103,12 @@ impl Error {
         }
     }
 
+    /// The same error with one more thing to do at the end of its sentence.
+    #[must_use]
+    pub fn with_remedy(self, remedy: impl fmt::Display) -> Self {
+        Self::new(self.kind, format!("{}; {remedy}", self.message))
+    }
+
     /// The same error with `context: ` before its sentence.
     #[must_use]
     pub fn within(self, context: impl fmt::Display) -> Self {

@@ -32,6 +32,8 @@ fn every_command_has_help_with_an_example() {
         &["emit"],
         &["export"],
         &["fit"],
+        &["completions"],
+        &["man"],
         &["map", "info"],
         &["map", "plot"],
         &["map", "convert"],

@@ -83,7 +83,7 @@ fn one_pass_is_as_one_by_one() {
         ("--band a/b=95", "`a/b`"),
         ("--freq 1,2 --beam 1,2,3", "3 beams for 2 bands"),
         ("--freq 1 --beam -1", "--beam"),
-        ("--freq 1 --coord B", "equatorial"),
+        ("--freq 1 --coord B", "G, C, E"),
         ("--freq 1 --lmax 33 --coord C", "4 Nside = 32"),
         ("--freq 1 --stokes V", "V"),
         ("--freq 60000 --unit K_CMB", "60000 GHz in K_CMB"),

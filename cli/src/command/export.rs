@@ -29,7 +29,7 @@ pub(super) struct Args {
     #[arg(long, required = true)]
     pysm: bool,
     /// Emission laws: 3d, 3d-uniform or 2d (one layer), as of `dust3d emit`
-    #[arg(long, default_value = "3d", value_parser = super::emit::model)]
+    #[arg(long, default_value = "3d", value_parser = super::emit::model())]
     model: Model,
     /// Element type of the templates [default: that of the run's]
     #[arg(long, value_parser = ["f32", "f64"])]

@@ -4,12 +4,13 @@ mod emit;
 mod export;
 mod fit;
 mod layers;
+mod manual;
 mod map;
 mod run;
 mod session;
 mod summary;
 
-use crate::config::DEFAULT_TOML;
+use crate::config::{DEFAULT_TOML, Preset};
 use crate::error::{Error, Result};
 use clap::{CommandFactory, Parser, Subcommand};
 use session::Session;
@@ -41,8 +42,14 @@ enum Command {
     /// Run the whole pipeline, from observations to frequency maps
     Run(run::Args),
     /// Print the complete default configuration, with a comment on every key
-    #[command(after_help = "Example:\n  dust3d config > my.toml && dust3d run my.toml --out demo")]
-    Config,
+    #[command(
+        after_help = "Examples:\n  dust3d config > my.toml && dust3d run my.toml --out demo\n  dust3d config --preset planck-gnilc > planck.toml"
+    )]
+    Config {
+        /// Print the values of a preset in place of the defaults
+        #[arg(long, value_name = "NAME", value_parser = run::preset())]
+        preset: Option<Preset>,
+    },
     /// Frequency maps from a finished run
     Emit(emit::Args),
     /// A run for other programs: templates and configuration for PySM
@@ -52,6 +59,10 @@ enum Command {
     /// Tools on single maps
     #[command(subcommand)]
     Map(map::Command),
+    /// Completions of a shell, to be loaded by it
+    Completions(manual::Completions),
+    /// Manual pages, in roff
+    Man(manual::Man),
 }
 
 /// Runs the command line `args` (the program's name first), and says on stderr what went wrong.
@@ -74,12 +85,14 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn execute(cli: Cli) -> Result<()> {
     let session = Session::new(cli.quiet, cli.threads.map(usize::from))?;
     match cli.command {
-        Command::Config => print(DEFAULT_TOML),
+        Command::Config { preset } => print(preset.map_or(DEFAULT_TOML, Preset::toml)),
         Command::Run(args) => run::execute(&args, &session),
         Command::Emit(args) => emit::execute(&args, &session),
         Command::Export(args) => export::execute(&args, &session),
         Command::Fit(args) => fit::execute(&args, &session),
         Command::Map(command) => map::execute(command, &session),
+        Command::Completions(args) => manual::completions(&args, Cli::command()),
+        Command::Man(args) => manual::man(&args, Cli::command()),
     }
 }
 

@@ -2,23 +2,27 @@
 
 use super::session::Session;
 use super::{print, summary};
-use crate::config::{Config, Draft, parse_frequency};
+use crate::config::{Config, Draft, Preset, parse_frequency};
 use crate::error::Result;
 use crate::io::{Inputs, Manifest, RunDir};
 use crate::kernels::simd::Level;
 use crate::pipeline::{self, Options, Prepared};
 use crate::progress::Progress;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  dust3d run --out demo\n  dust3d run planck.toml --out sky --nside 256 --seed 7 --freq 95,150\n  dust3d run --out plain --set small_scales.enabled=false\n  dust3d run planck.toml --out skies --realisations 10..19"
+    after_help = "Examples:\n  dust3d run --out demo\n  dust3d run planck.toml --out sky --nside 256 --seed 7 --freq 95,150\n  dust3d run --out plain --set small_scales.enabled=false\n  dust3d run planck.toml --out skies --realisations 10..19\n  dust3d run --preset planck-gnilc --out planck --seed 3"
 )]
 pub(super) struct Args {
     /// Configuration (`dust3d config` prints the default one); none = the built-in sky
     #[arg(value_name = "CONFIG.toml")]
     config: Option<PathBuf>,
+    /// Begin with the values of a preset (`dust3d config --preset NAME` prints them)
+    #[arg(long, value_name = "NAME", value_parser = preset())]
+    preset: Option<Preset>,
     /// Directory to make
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -51,6 +55,9 @@ pub(super) struct Args {
 impl Args {
     fn resolve(&self) -> Result<Config> {
         let mut draft = Draft::new();
+        if let Some(preset) = self.preset {
+            draft = draft.toml(preset.toml(), Path::new(""))?;
+        }
         if let Some(path) = &self.config {
             draft = draft.file(path)?;
         }
@@ -92,7 +99,7 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
 fn one(args: &Args, config: &Config, level: Level, progress: &dyn Progress) -> Result<Manifest> {
     // The directory first: whether it may be made is known at once, and it goes again if the inputs are bad.
     let out = RunDir::create(&args.out, args.force)?;
-    let inputs = read_inputs(config, progress)?;
+    let inputs = read_inputs(args, config, progress)?;
     let manifest = pipeline::run(config, inputs, &out, level, progress)?;
     progress.finish();
     out.finish(manifest)
@@ -127,7 +134,7 @@ fn realisations(
         let base = match &mut prepared {
             Some(base) => base,
             None => {
-                let inputs = read_inputs(config, progress)?;
+                let inputs = read_inputs(args, config, progress)?;
                 prepared.insert(pipeline::prepare(config, inputs, &out, &options, progress)?)
             }
         };
@@ -139,12 +146,22 @@ fn realisations(
 }
 
 /// The observations, none for the built-in sky.
-fn read_inputs(config: &Config, progress: &dyn Progress) -> Result<Option<Inputs>> {
+fn read_inputs(
+    args: &Args,
+    config: &Config,
+    progress: &dyn Progress,
+) -> Result<Option<Inputs>> {
     if config.inputs.is_built_in() {
         return Ok(None);
     }
     progress.stage("reading the inputs", 1);
-    let inputs = Inputs::read(config)?;
+    let inputs = Inputs::read(config).map_err(|error| match args.preset {
+        Some(preset) => error.with_remedy(format_args!(
+            "`dust3d config --preset {}` says where its files come from",
+            preset.name()
+        )),
+        None => error,
+    })?;
     for note in inputs.notes() {
         progress.note(note);
     }
@@ -191,6 +208,12 @@ fn seeds(text: &str) -> std::result::Result<Seeds, String> {
         ));
     }
     Ok(Seeds(all))
+}
+
+/// For clap: the name of a preset.
+pub(super) fn preset() -> impl TypedValueParser<Value = Preset> {
+    PossibleValuesParser::new(Preset::ALL.map(Preset::name))
+        .try_map(|name| Preset::by_name(&name).ok_or("no such preset"))
 }
 
 /// For clap: a frequency in GHz, or a wavelength such as `100um`.

@@ -10,7 +10,7 @@ use crate::config::{Config, Dtype, Monotone};
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One observed map at its own Nside.
 #[derive(Debug, Clone, PartialEq)]
@@ -261,11 +261,16 @@ impl Sources {
     /// Names every file that is not there, so that one attempt shows them all.
     fn check_exist(&self) -> Result<()> {
         let absent = |source: &MapSource| !source.path().exists();
-        let mut lines: Vec<String> = self
-            .maps
+        let mut files: Vec<(&Path, Vec<&str>)> = Vec::new();
+        for (name, source) in self.maps.iter().filter(|(_, source)| absent(source)) {
+            match files.iter_mut().find(|(path, _)| *path == source.path()) {
+                Some((_, names)) => names.push(name),
+                None => files.push((source.path(), vec![name])),
+            }
+        }
+        let mut lines: Vec<String> = files
             .iter()
-            .filter(|(_, source)| absent(source))
-            .map(|(name, source)| format!("{name} (`{}`)", source.path().display()))
+            .map(|(path, names)| format!("{} (`{}`)", names.join(", "), path.display()))
             .collect();
         let moduli: Vec<String> = self
             .cube

@@ -20,6 +20,7 @@ use crate::kernels::units::Unit;
 use crate::progress::Progress;
 use crate::stages::emission::{Model, Stokes, add_layer};
 use bands::Band;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use harmonics::{Harmonics, Made};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -61,7 +62,7 @@ pub(super) struct Args {
     #[arg(long, default_value = "MJy/sr", value_parser = unit)]
     unit: Unit,
     /// Emission laws: maps of T and β per layer, one T and β per layer, or the observed T and β for the sum
-    #[arg(long, default_value = "3d", value_parser = model)]
+    #[arg(long, default_value = "3d", value_parser = model())]
     model: Model,
     /// Stokes parameters to write
     #[arg(long, default_value = "IQU", value_parser = ["I", "QU", "IQU"])]
@@ -78,7 +79,7 @@ pub(super) struct Args {
     )]
     beam: Vec<f64>,
     /// Coordinates of the maps: Galactic, equatorial (J2000) or ecliptic; Q and U are turned too
-    #[arg(long, default_value = "G", value_parser = coordinates, value_name = "G|C|E")]
+    #[arg(long, default_value = "G", value_parser = coordinates())]
     coord: Frame,
     /// Band limit of the harmonic coefficients [default: twice the smaller Nside]
     #[arg(long, value_name = "L")]
@@ -313,15 +314,14 @@ fn unit(text: &str) -> std::result::Result<Unit, String> {
     })
 }
 
-pub(super) fn model(text: &str) -> std::result::Result<Model, String> {
-    Model::ALL
-        .into_iter()
-        .find(|model| model.name() == text)
-        .ok_or_else(|| "the models are 3d, 3d-uniform, 2d".to_owned())
+pub(super) fn model() -> impl TypedValueParser<Value = Model> {
+    PossibleValuesParser::new(Model::ALL.map(Model::name)).try_map(|name| {
+        let found = Model::ALL.into_iter().find(|model| model.name() == name);
+        found.ok_or("no such model")
+    })
 }
 
-fn coordinates(text: &str) -> std::result::Result<Frame, String> {
-    Frame::by_name(text).ok_or_else(|| {
-        "the coordinates are G (Galactic), C (equatorial, J2000), E (ecliptic)".to_owned()
-    })
+fn coordinates() -> impl TypedValueParser<Value = Frame> {
+    PossibleValuesParser::new(["G", "C", "E"])
+        .try_map(|letter| Frame::by_name(&letter).ok_or("no such coordinates"))
 }

@@ -10,8 +10,8 @@ use crate::error::Result;
 use crate::kernels::healpix::missing::{MISSING, is_missing};
 use crate::kernels::healpix::{Nside, nest2ring};
 
-/// Above this many pixels (Nside 1024) a list that holds fewer than one in [`SPARSEST`] is refused.
-const SURELY_FITS: u64 = 12 << 20;
+/// Above this many pixels (Nside 512) a list that holds fewer than one in [`SPARSEST`] is refused.
+const SURELY_FITS: u64 = 3 << 20;
 const SPARSEST: u64 = 10_000;
 
 /// The values of the columns in RING order, missing pixels as [`MISSING`].

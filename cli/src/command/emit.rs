@@ -12,7 +12,6 @@ use crate::io::manifest::InputRecord;
 use crate::io::{Bandpass, Manifest, MapFormat, Run, RunDir};
 use crate::kernels::Complex;
 use crate::kernels::healpix::Nside;
-use crate::kernels::healpix::missing::is_missing;
 use crate::kernels::planck::bandpass::band_weights_into;
 use crate::kernels::planck::mbb::MbbNode;
 use crate::kernels::sht::alm;
@@ -20,10 +19,9 @@ use crate::kernels::simd::Level;
 use crate::kernels::spectra::beam;
 use crate::kernels::spectra::scale_by_l;
 use crate::kernels::units::{NU0_GHZ, Unit};
-use crate::progress::Progress;
+use crate::replay;
 use crate::sht::{Analysis, ShtPlan};
-use crate::stages::emission::{Law, Layer, Model, Stokes, add_layer};
-use crate::stages::laws::sky::mean_std;
+use crate::stages::emission::{Model, Stokes};
 use std::path::PathBuf;
 
 /// Memory for the maps of one pass, bytes; more bands than fit take more passes over the run.
@@ -99,16 +97,17 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         let npix = 12 * (run.manifest.nside as usize).pow(2);
         let per_pass = (PASS_BYTES / (3 * npix * size_of::<f64>())).max(1);
         let mut inputs = Vec::new();
-        let steps = (bands.len().div_ceil(per_pass) * layer_count(&run)) as u64;
+        let steps = (bands.len().div_ceil(per_pass) * run.layers()) as u64;
         progress.stage("emission", steps);
         for pass in bands.chunks(per_pass) {
-            let maps = emission(
+            let nodes: Vec<Vec<MbbNode>> = pass.iter().map(|band| band.nodes.clone()).collect();
+            let maps = replay::emission(
                 &run,
                 args.model,
-                pass,
+                &nodes,
                 session.level,
-                progress.as_ref(),
-                &mut inputs,
+                |input: InputRecord| inputs.push(input),
+                || progress.advance(1),
             )?;
             for (band, stokes) in pass.iter().zip(maps) {
                 let stokes = resampling.apply(stokes, session.level)?;
@@ -201,107 +200,6 @@ fn bands(args: &Args) -> Result<Vec<Band>> {
         .map(|(&nu, weight)| Ok(MbbNode::new(nu, NU0_GHZ, weight)?))
         .collect::<Result<_>>()?;
     Ok(vec![Band { name, nodes }])
-}
-
-fn layer_count(run: &Run) -> usize {
-    run.manifest.layers.unwrap_or(0)
-}
-
-/// I, Q, U of every band, from the templates and laws of the run.
-fn emission(
-    run: &Run,
-    model: Model,
-    bands: &[Band],
-    level: Level,
-    progress: &dyn Progress,
-    inputs: &mut Vec<InputRecord>,
-) -> Result<Vec<Stokes>> {
-    let npix = 12 * (run.manifest.nside as usize).pow(2);
-    let nodes: Vec<Vec<MbbNode>> = bands.iter().map(|band| band.nodes.clone()).collect();
-    let mut out: Vec<Stokes> = bands
-        .iter()
-        .map(|_| std::array::from_fn(|_| vec![0.0; npix]))
-        .collect();
-    let mut read = |stem: String| -> Result<Vec<f64>> {
-        let record = run.record(&stem)?;
-        inputs.push(InputRecord {
-            name: stem.clone(),
-            path: Some(run.dir.join(&record.path).display().to_string()),
-            nside: record.nside.unwrap_or(run.manifest.nside),
-            unit: record.unit.clone().unwrap_or_default(),
-            blake3: record.blake3.clone(),
-        });
-        Ok(run.map(&stem)?.values)
-    };
-    let mut sum: Option<Stokes> = None;
-    for number in 1..=layer_count(run) {
-        let mut stokes: Stokes = std::array::from_fn(|_| Vec::new());
-        for (letter, map) in ["I", "Q", "U"].into_iter().zip(&mut stokes) {
-            *map = read(format!("templates/{letter}_{number}"))?;
-        }
-        let views = stokes.each_ref().map(Vec::as_slice);
-        match model {
-            Model::ThreeD => {
-                let (t, beta) = (
-                    read(format!("laws/T_{number}"))?,
-                    read(format!("laws/beta_{number}"))?,
-                );
-                let law = Law::Maps { t: &t, beta: &beta };
-                add_layer(level, &nodes, &Layer { stokes: views, law }, &mut out)?;
-            }
-            Model::Uniform => {
-                let (t, beta) = uniform_law(run, number)?;
-                let law = Law::Uniform { t, beta };
-                add_layer(level, &nodes, &Layer { stokes: views, law }, &mut out)?;
-            }
-            Model::TwoD => match &mut sum {
-                None => sum = Some(stokes),
-                Some(sum) => {
-                    for (total, part) in sum.iter_mut().flatten().zip(stokes.iter().flatten()) {
-                        *total += part;
-                    }
-                }
-            },
-        }
-        progress.advance(1);
-    }
-    if let Some(sum) = sum {
-        let (mut t, mut beta) = (
-            read("observations/T".to_owned())?,
-            read("observations/beta".to_owned())?,
-        );
-        for map in [&mut t, &mut beta] {
-            let (mean, _) = mean_std(map);
-            for value in map.iter_mut().filter(|value| is_missing(**value)) {
-                *value = mean;
-            }
-        }
-        let law = Law::Maps { t: &t, beta: &beta };
-        let stokes = sum.each_ref().map(Vec::as_slice);
-        add_layer(level, &nodes, &Layer { stokes, law }, &mut out)?;
-    }
-    Ok(out)
-}
-
-/// (s_avg T_avg, β_avg) of a layer.
-fn uniform_law(run: &Run, number: usize) -> Result<(f64, f64)> {
-    let manifest = &run.manifest;
-    let law = manifest
-        .laws
-        .as_ref()
-        .zip(manifest.layer_averages.as_ref())
-        .and_then(|(laws, averages)| {
-            Some((
-                laws.s_avg * averages.t.get(number - 1)?,
-                *averages.beta.get(number - 1)?,
-            ))
-        });
-    law.ok_or_else(|| {
-        Error::input(format!(
-            "the manifest of `{}` lacks the averages of layer {number}; make the run again",
-            run.dir.display()
-        ))
-    })
 }
 
 /// Another Nside, a beam, or neither.

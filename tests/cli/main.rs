@@ -9,6 +9,7 @@ mod plots;
 mod properties;
 mod realisations;
 mod refusals;
+mod report;
 mod rotation;
 mod shell;
 mod sht;

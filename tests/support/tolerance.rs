@@ -110,3 +110,9 @@ tolerances! {
     SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
     NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
 }
+
+// Mode coupling.
+tolerances! {
+    WIGNER_3J: "wigner3j_into", "absolute, m = 0 and 2, l to 200", 1e-15, "rounding of the recurrence";
+    WIGNER_3J_LARGE: "wigner3j_into", "Σ(2j+1)ff′ and f at j = 0 relative, l to 4096", 1e-13, "rounding of the recurrence over up to 8192 steps";
+}

@@ -1,6 +1,5 @@
 //! `dust3d export`: a run for other programs.
 
-use super::layers::{LawMaps, LayerMaps, each_layer, layer_count};
 use super::print;
 use super::session::Session;
 use crate::config::Dtype;
@@ -8,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::io::fits::write::{MapColumn, MapTable, Provenance};
 use crate::io::{Manifest, MapFormat, Run, RunDir};
 use crate::kernels::units::NU0_GHZ;
+use crate::replay::{LawMaps, LayerMaps, each_layer};
 use crate::stages::emission::Model;
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         ))
     })?;
     let progress = session.progress();
-    progress.stage("export", layer_count(&run) as u64);
+    progress.stage("export", run.layers() as u64);
     let mut inputs = Vec::new();
     let mut number = 0;
     let provenance = Provenance::of_run(&run.manifest);

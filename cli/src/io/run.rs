@@ -36,6 +36,24 @@ impl Run {
         })
     }
 
+    /// Number of pixels of its maps.
+    #[must_use]
+    pub const fn npix(&self) -> usize {
+        12 * (self.manifest.nside as usize).pow(2)
+    }
+
+    /// Number of layers.
+    #[must_use]
+    pub fn layers(&self) -> usize {
+        self.manifest.layers.unwrap_or(0)
+    }
+
+    /// Whether the run holds the file called `stem`.
+    #[must_use]
+    pub fn holds(&self, stem: &str) -> bool {
+        self.record(stem).is_ok()
+    }
+
     /// What the manifest says of the file called `stem`, such as `templates/I_1`.
     ///
     /// # Errors
@@ -80,8 +98,7 @@ impl Run {
         let failed = |cause| Error::io("read the map", &path, &cause);
         let file = File::open(&path).map_err(failed)?;
         let len = file.metadata().map_err(failed)?.len();
-        let npix = 12 * u64::from(self.manifest.nside).pow(2);
-        if len != npix * dtype.size() as u64 {
+        if len != (self.npix() * dtype.size()) as u64 {
             return Err(changed(&path));
         }
         Ok(MapStream {

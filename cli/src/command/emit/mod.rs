@@ -6,7 +6,6 @@
 mod bands;
 mod harmonics;
 
-use super::layers::LayerStream;
 use super::print;
 use super::run::frequency;
 use super::session::Session;
@@ -20,7 +19,8 @@ use crate::io::{Manifest, MapFormat, Run, RunDir};
 use crate::kernels::planck::mbb::MbbNode;
 use crate::kernels::units::Unit;
 use crate::progress::Progress;
-use crate::stages::emission::{Model, Stokes, add_layer};
+use crate::replay;
+use crate::stages::emission::{Model, Stokes};
 use crate::store::slabs;
 use bands::Band;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -132,11 +132,13 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             matches!(format(args, run), MapFormat::Raw(_))
                 && !bands.iter().any(|band| harmonics.is_needed(band.fwhm_rad))
         };
-        let npix = |run: &Run| 12 * (run.manifest.nside as usize).pow(2);
         let steps = |(run, harmonics): (&Run, &Harmonics)| {
-            passes(run, streamed(run, harmonics)) * slabs(npix(run)).count()
+            passes(run, streamed(run, harmonics)) * slabs(run.npix()).count()
         };
-        progress.stage("emission", runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64);
+        progress.stage(
+            "emission",
+            runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64,
+        );
         for (run, harmonics) in runs.iter().zip(&mut harmonics) {
             let suffix = match run.manifest.seed {
                 Some(seed) if seeds => format!("_seed{seed:04}"),
@@ -157,7 +159,14 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             }
             for pass in bands.chunks(per_pass(run)) {
                 read.clear();
-                let maps = emission(run, args.model, pass, session, progress.as_ref(), &mut read)?;
+                let maps = replay::emission(
+                    run,
+                    args.model,
+                    &nodes(pass),
+                    session.level,
+                    &mut read,
+                    || progress.advance(1),
+                )?;
                 for (band, stokes) in pass.iter().zip(maps) {
                     let made = harmonics.apply(stokes, &args.stokes, band.fwhm_rad)?;
                     writer.write(band, &made, harmonics.lmax)?;
@@ -279,54 +288,8 @@ fn format(args: &Args, run: &Run) -> MapFormat {
     }
 }
 
-/// Gives I, Q, U of every band to `take`, slab by slab.
-fn each_slab(
-    run: &Run,
-    model: Model,
-    bands: &[Band],
-    session: &Session,
-    progress: &dyn Progress,
-    inputs: &mut Vec<InputRecord>,
-    mut take: impl FnMut(Vec<Stokes>) -> Result<()>,
-) -> Result<()> {
-    let npix = 12 * (run.manifest.nside as usize).pow(2);
-    let nodes: Vec<Vec<MbbNode>> = bands.iter().map(|band| band.nodes.clone()).collect();
-    let mut layers = LayerStream::open(run, model, inputs)?;
-    for slab in slabs(npix) {
-        let mut out: Vec<Stokes> = bands
-            .iter()
-            .map(|_| std::array::from_fn(|_| vec![0.0; slab.len()]))
-            .collect();
-        for layer in layers.next(slab.len())? {
-            add_layer(session.level, &nodes, &layer.view(), &mut out)?;
-        }
-        take(out)?;
-        progress.advance(1);
-    }
-    layers.finish()
-}
-
-/// I, Q, U of every band, whole.
-fn emission(
-    run: &Run,
-    model: Model,
-    bands: &[Band],
-    session: &Session,
-    progress: &dyn Progress,
-    inputs: &mut Vec<InputRecord>,
-) -> Result<Vec<Stokes>> {
-    let npix = 12 * (run.manifest.nside as usize).pow(2);
-    let mut whole: Vec<Stokes> = bands
-        .iter()
-        .map(|_| std::array::from_fn(|_| Vec::with_capacity(npix)))
-        .collect();
-    each_slab(run, model, bands, session, progress, inputs, |slab| {
-        for (map, piece) in whole.iter_mut().flatten().zip(slab.iter().flatten()) {
-            map.extend_from_slice(piece);
-        }
-        Ok(())
-    })?;
-    Ok(whole)
+fn nodes(bands: &[Band]) -> Vec<Vec<MbbNode>> {
+    bands.iter().map(|band| band.nodes.clone()).collect()
 }
 
 /// Writes what was made of a run.
@@ -368,7 +331,8 @@ impl Writer<'_> {
                 )?);
             }
         }
-        each_slab(self.run, model, bands, session, progress, inputs, |slab| {
+        let step = || progress.advance(1);
+        let take = |slab: Vec<Stokes>| {
             let mut files = files.iter_mut();
             for stokes in &slab {
                 for (&k, file) in wanted.iter().zip(&mut files) {
@@ -376,7 +340,16 @@ impl Writer<'_> {
                 }
             }
             Ok(())
-        })?;
+        };
+        replay::each_slab(
+            self.run,
+            model,
+            &nodes(bands),
+            session.level,
+            inputs,
+            step,
+            take,
+        )?;
         files.into_iter().try_for_each(MapWriter::finish)
     }
 

@@ -1,33 +1,47 @@
-//! The layers of a finished run, with the emission laws of a model: whole, one at a time, or all of them slab by slab.
+//! A finished run read back: its layers with the emission laws of a model, whole or slab by slab, and what they emit.
 
 use crate::error::{Error, Result};
 use crate::io::Run;
-use crate::io::run::MapStream;
 use crate::io::manifest::InputRecord;
+use crate::io::run::MapStream;
 use crate::kernels::healpix::missing::is_missing;
-use crate::stages::emission::{Law, Layer, Model, Stokes};
+use crate::kernels::planck::mbb::MbbNode;
+use crate::kernels::simd::Level;
+use crate::stages::emission::{Law, Layer, Model, Stokes, add_layer};
 use crate::stages::laws::sky::mean_std;
+use crate::store::slabs;
 use rayon::prelude::*;
 
 /// A layer with its law, read from the run.
-pub(super) struct LayerMaps {
+pub struct LayerMaps {
     /// I, Q, U at ν₀, MJy/sr.
-    pub(super) stokes: Stokes,
+    pub stokes: Stokes,
     /// Its law.
-    pub(super) law: LawMaps,
+    pub law: LawMaps,
 }
 
 /// The law of a layer.
-pub(super) enum LawMaps {
+pub enum LawMaps {
     /// Temperature and spectral index per pixel.
-    Maps { t: Vec<f64>, beta: Vec<f64> },
+    Maps {
+        /// Kelvin.
+        t: Vec<f64>,
+        /// Dimensionless.
+        beta: Vec<f64>,
+    },
     /// One of each for the whole sky.
-    Uniform { t: f64, beta: f64 },
+    Uniform {
+        /// Kelvin.
+        t: f64,
+        /// Dimensionless.
+        beta: f64,
+    },
 }
 
 impl LayerMaps {
     /// The same, borrowed.
-    pub(super) fn view(&self) -> Layer<'_> {
+    #[must_use]
+    pub fn view(&self) -> Layer<'_> {
         Layer {
             stokes: self.stokes.each_ref().map(Vec::as_slice),
             law: match &self.law {
@@ -38,14 +52,12 @@ impl LayerMaps {
     }
 }
 
-/// How many layers `run` has.
-pub(super) fn layer_count(run: &Run) -> usize {
-    run.manifest.layers.unwrap_or(0)
-}
-
 /// Gives every layer of `model` to `visit`: those of the run, or their sum for [`Model::TwoD`]. What was read is added to
 /// `inputs`; `step` is called after each layer of the run.
-pub(super) fn each_layer(
+///
+/// # Errors
+/// A file that is not there, or not as it was when the run was made; or what `visit` fails with.
+pub fn each_layer(
     run: &Run,
     model: Model,
     inputs: &mut Vec<InputRecord>,
@@ -57,7 +69,7 @@ pub(super) fn each_layer(
         Ok(run.map(&stem)?.values)
     };
     let mut sum: Option<Stokes> = None;
-    for number in 1..=layer_count(run) {
+    for number in 1..=run.layers() {
         let mut stokes: Stokes = std::array::from_fn(|_| Vec::new());
         for (letter, map) in ["I", "Q", "U"].into_iter().zip(&mut stokes) {
             *map = read(format!("templates/{letter}_{number}"))?;
@@ -67,7 +79,10 @@ pub(super) fn each_layer(
                 t: read(format!("laws/T_{number}"))?,
                 beta: read(format!("laws/beta_{number}"))?,
             },
-            Model::Uniform => uniform_law(run, number)?,
+            Model::Uniform => {
+                let (t, beta) = uniform_law(run, number)?;
+                LawMaps::Uniform { t, beta }
+            }
             Model::TwoD => {
                 add_to(&mut sum, stokes);
                 step();
@@ -103,18 +118,21 @@ fn add_to(sum: &mut Option<Stokes>, stokes: Stokes) {
     }
 }
 
-/// (s_avg T_avg, β_avg) of a layer.
-fn uniform_law(run: &Run, number: usize) -> Result<LawMaps> {
+/// (s_avg T_avg, β_avg) of a layer, counted from 1.
+///
+/// # Errors
+/// A manifest without them.
+pub fn uniform_law(run: &Run, number: usize) -> Result<(f64, f64)> {
     let manifest = &run.manifest;
     let law = manifest
         .laws
         .as_ref()
         .zip(manifest.layer_averages.as_ref())
         .and_then(|(laws, averages)| {
-            Some(LawMaps::Uniform {
-                t: laws.s_avg * averages.t.get(number - 1)?,
-                beta: *averages.beta.get(number - 1)?,
-            })
+            Some((
+                laws.s_avg * averages.t.get(number - 1)?,
+                *averages.beta.get(number - 1)?,
+            ))
         });
     law.ok_or_else(|| {
         Error::input(format!(
@@ -144,7 +162,7 @@ fn fill_with_mean(map: &mut [f64]) {
 }
 
 /// All layers of a run, slab by slab: a few megabytes at a time, however large the maps.
-pub(super) struct LayerStream {
+pub struct LayerStream {
     layers: Vec<([MapStream; 3], LawStream)>,
     /// For [`Model::TwoD`]: the whole T and β of the sum, and how much of them is used.
     sum: Option<(Vec<f64>, Vec<f64>, usize)>,
@@ -152,20 +170,26 @@ pub(super) struct LayerStream {
 
 enum LawStream {
     Maps([MapStream; 2]),
-    Uniform { t: f64, beta: f64 },
+    Uniform {
+        t: f64,
+        beta: f64,
+    },
     /// The layer is only added to the sum.
     None,
 }
 
 impl LayerStream {
     /// Opens the maps of `model`; they are added to `inputs`.
-    pub(super) fn open(run: &Run, model: Model, inputs: &mut Vec<InputRecord>) -> Result<Self> {
+    ///
+    /// # Errors
+    /// The run does not hold one of them.
+    pub fn open(run: &Run, model: Model, inputs: &mut Vec<InputRecord>) -> Result<Self> {
         let mut open = |stem: String| -> Result<MapStream> {
             inputs.push(input_record(run, &stem)?);
             run.stream(&stem)
         };
         let mut layers = Vec::new();
-        for number in 1..=layer_count(run) {
+        for number in 1..=run.layers() {
             let stokes = [
                 open(format!("templates/I_{number}"))?,
                 open(format!("templates/Q_{number}"))?,
@@ -176,10 +200,10 @@ impl LayerStream {
                     open(format!("laws/T_{number}"))?,
                     open(format!("laws/beta_{number}"))?,
                 ]),
-                Model::Uniform => match uniform_law(run, number)? {
-                    LawMaps::Uniform { t, beta } => LawStream::Uniform { t, beta },
-                    LawMaps::Maps { .. } => LawStream::None,
-                },
+                Model::Uniform => {
+                    let (t, beta) = uniform_law(run, number)?;
+                    LawStream::Uniform { t, beta }
+                }
                 Model::TwoD => LawStream::None,
             };
             layers.push((stokes, law));
@@ -199,7 +223,10 @@ impl LayerStream {
     }
 
     /// Every layer in the next `count` pixels, or their sum.
-    pub(super) fn next(&mut self, count: usize) -> Result<Vec<LayerMaps>> {
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn next(&mut self, count: usize) -> Result<Vec<LayerMaps>> {
         let read = |(stokes, law): &mut ([MapStream; 3], LawStream)| -> Result<_> {
             let [i, q, u] = stokes;
             let stokes = [i.next(count)?, q.next(count)?, u.next(count)?];
@@ -214,8 +241,11 @@ impl LayerStream {
             Ok((stokes, law))
         };
         // Files are read and converted side by side; the order of what comes back is that of the layers.
-        let slabs: Vec<(Stokes, Option<LawMaps>)> =
-            self.layers.par_iter_mut().map(read).collect::<Result<_>>()?;
+        let slabs: Vec<(Stokes, Option<LawMaps>)> = self
+            .layers
+            .par_iter_mut()
+            .map(read)
+            .collect::<Result<_>>()?;
         let mut layers = Vec::new();
         let mut sum: Option<Stokes> = None;
         for (stokes, law) in slabs {
@@ -239,7 +269,10 @@ impl LayerStream {
     }
 
     /// Checks that every map, now read, is as the run wrote it.
-    pub(super) fn finish(self) -> Result<()> {
+    ///
+    /// # Errors
+    /// One is not.
+    pub fn finish(self) -> Result<()> {
         for (stokes, law) in self.layers {
             for map in stokes {
                 map.finish()?;
@@ -252,4 +285,58 @@ impl LayerStream {
         }
         Ok(())
     }
+}
+
+/// Gives I, Q, U of every band to `take`, slab by slab. What is read is added to `inputs`; `step` is called after each
+/// slab.
+///
+/// # Errors
+/// A file that is not there, or not as it was when the run was made; or what `take` fails with.
+pub fn each_slab(
+    run: &Run,
+    model: Model,
+    bands: &[Vec<MbbNode>],
+    level: Level,
+    inputs: &mut Vec<InputRecord>,
+    mut step: impl FnMut(),
+    mut take: impl FnMut(Vec<Stokes>) -> Result<()>,
+) -> Result<()> {
+    let mut layers = LayerStream::open(run, model, inputs)?;
+    for slab in slabs(run.npix()) {
+        let mut out: Vec<Stokes> = bands
+            .iter()
+            .map(|_| std::array::from_fn(|_| vec![0.0; slab.len()]))
+            .collect();
+        for layer in layers.next(slab.len())? {
+            add_layer(level, bands, &layer.view(), &mut out)?;
+        }
+        take(out)?;
+        step();
+    }
+    layers.finish()
+}
+
+/// I, Q, U of every band, whole.
+///
+/// # Errors
+/// As [`each_slab`].
+pub fn emission(
+    run: &Run,
+    model: Model,
+    bands: &[Vec<MbbNode>],
+    level: Level,
+    inputs: &mut Vec<InputRecord>,
+    step: impl FnMut(),
+) -> Result<Vec<Stokes>> {
+    let mut whole: Vec<Stokes> = bands
+        .iter()
+        .map(|_| std::array::from_fn(|_| Vec::with_capacity(run.npix())))
+        .collect();
+    each_slab(run, model, bands, level, inputs, step, |slab| {
+        for (map, piece) in whole.iter_mut().flatten().zip(slab.iter().flatten()) {
+            map.extend_from_slice(piece);
+        }
+        Ok(())
+    })?;
+    Ok(whole)
 }

@@ -18,6 +18,8 @@ pub enum ErrorKind {
     Kernel,
     /// The user interrupted the run.
     Interrupted,
+    /// A finished run is not as it should be.
+    Verdict,
 }
 
 /// An error of the std layer: one sentence that says what is wrong, where, and what to do.
@@ -94,11 +96,12 @@ impl Error {
         self.kind
     }
 
-    /// The exit status: 2 for an error of usage or configuration, 1 for any other.
+    /// The exit status: 2 for an error of usage or configuration, 3 for a failed verdict, 1 for any other.
     #[must_use]
     pub const fn exit_code(&self) -> u8 {
         match self.kind {
             ErrorKind::Usage => 2,
+            ErrorKind::Verdict => 3,
             _ => 1,
         }
     }

@@ -10,6 +10,9 @@
 //! | [`progress`] | who listens to a run |
 //! | [`pipeline`], [`stages`] | the stages and their order |
 //! | [`store`] | maps between stages, in memory or on disk |
+//! | [`replay`] | a finished run's emission in any band |
+//! | [`report`] | the figures, tables and verdict of a finished run |
+//! | [`cut_sky`] | masks and spectra of a part of the sky |
 //! | [`sht`] | spherical harmonic transforms |
 //! | [`error`] | the one error type |
 //!
@@ -70,6 +73,7 @@
 
 pub mod command;
 pub mod config;
+pub mod cut_sky;
 pub mod error;
 pub mod io;
 pub mod parallel;
@@ -77,6 +81,8 @@ pub mod pipeline;
 pub mod plot;
 pub mod progress;
 pub mod random;
+pub mod replay;
+pub mod report;
 pub mod sht;
 pub mod stages;
 pub mod store;

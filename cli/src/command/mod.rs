@@ -6,6 +6,7 @@ mod fit;
 mod layers;
 mod manual;
 mod map;
+mod report;
 mod run;
 mod session;
 mod summary;
@@ -24,7 +25,7 @@ use std::process::ExitCode;
     name = "dust3d",
     version,
     about = "Realisations of polarised Galactic dust in 3-D (Martínez-Solaeche, Karakci & Delabrouille 2018)",
-    after_help = "Examples:\n  dust3d run --out demo                 the whole pipeline on the built-in sky\n  dust3d config > my.toml               the default configuration, to be edited\n  dust3d map plot demo/templates/I_1.f64 --out I_1.png\n\nExit status: 0 success, 2 wrong usage or configuration, 1 any other failure."
+    after_help = "Examples:\n  dust3d run --out demo                 the whole pipeline on the built-in sky\n  dust3d config > my.toml               the default configuration, to be edited\n  dust3d map plot demo/templates/I_1.f64 --out I_1.png\n\nExit status: 0 success, 2 wrong usage or configuration, 3 a failed `report --check`, 1 any other failure."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -56,6 +57,8 @@ enum Command {
     Export(export::Args),
     /// Fit a modified blackbody (τ, T, β) in every pixel of intensity maps
     Fit(fit::Args),
+    /// Every figure and table of the paper for a finished run, and a verdict
+    Report(report::Args),
     /// Tools on single maps
     #[command(subcommand)]
     Map(map::Command),
@@ -90,6 +93,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Emit(args) => emit::execute(&args, &session),
         Command::Export(args) => export::execute(&args, &session),
         Command::Fit(args) => fit::execute(&args, &session),
+        Command::Report(args) => report::execute(&args, &session),
         Command::Map(command) => map::execute(command, &session),
         Command::Completions(args) => manual::completions(&args, Cli::command()),
         Command::Man(args) => manual::man(&args, Cli::command()),

@@ -36,6 +36,18 @@ impl Run {
         })
     }
 
+    /// Number of layers.
+    #[must_use]
+    pub fn layers(&self) -> usize {
+        self.manifest.layers.unwrap_or(0)
+    }
+
+    /// Whether the run holds the file called `stem`.
+    #[must_use]
+    pub fn holds(&self, stem: &str) -> bool {
+        self.record(stem).is_ok()
+    }
+
     /// What the manifest says of the file called `stem`, such as `templates/I_1`.
     ///
     /// # Errors

@@ -1,14 +1,14 @@
 //! The colour bar: colours, marks, numbers, unit.
 
-use super::canvas::{Canvas, FRAME, Frame, Ink, TEXT};
 use super::colours::Colours;
 use super::scale::Scale;
+use super::surface::{Cell, Frame, Ink, Raster, Surface};
 use super::text::Anchor;
 
 /// Draws a horizontal colour bar in the upper part of `frame`, numbers and unit below it. `beyond` says whether values
 /// lie below and above the ends, which is shown by arrowheads.
 pub(super) fn colour_bar(
-    canvas: &mut Canvas,
+    canvas: &mut dyn Surface,
     frame: Frame,
     scale: Scale,
     colours: Colours,
@@ -23,16 +23,22 @@ pub(super) fn colour_bar(
         width: frame.width.round(),
         height: (size * 0.95).round(),
     };
-    let (columns, rows) = (bar.width as u32, bar.height as u32);
-    for column in 0..columns {
-        let colour = colours.at((f64::from(column) + 0.5) / f64::from(columns));
-        for row in 0..rows {
-            canvas.blend(bar.x as u32 + column, bar.y as u32 + row, colour, 1.0);
-        }
-    }
+    let columns = (bar.width * canvas.cells_per_pixel()) as usize;
+    let rows = (bar.height * canvas.cells_per_pixel()) as usize;
+    let cells = (0..columns * rows).map(|index| Cell {
+        position: ((index % columns) as f32 + 0.5) / columns as f32,
+        valued: 1.0,
+        missing: 0.0,
+    });
+    let raster = Raster {
+        width: columns,
+        cells: cells.collect(),
+        colours,
+    };
+    canvas.raster(bar, &raster);
     let line = size / 16.0;
     arrowheads(canvas, bar, colours, beyond, line);
-    canvas.outline(bar, line, FRAME);
+    canvas.outline(bar, line, Ink::Frame);
     let baseline = bar.y + bar.height + size * 1.35;
     let mut taken = f32::NEG_INFINITY;
     // Zero is the number a reader looks for first; then the rest from left to right, where there is room.
@@ -45,7 +51,7 @@ pub(super) fn colour_bar(
                 (x, bar.y + bar.height + size * 0.17),
             ],
             line,
-            FRAME,
+            Ink::Frame,
         );
     }
     let zero = ticks
@@ -60,13 +66,13 @@ pub(super) fn colour_bar(
                 (x, bar.y + bar.height + size * 0.3),
             ],
             line,
-            FRAME,
+            Ink::Frame,
         );
         let clear_of_zero = zero.as_ref().is_none_or(|(_, zero, width)| {
             ticks[index] == 0.0 || (x - zero).abs() > half + width + size * 0.4
         });
         if clear_of_zero && x - half > taken {
-            canvas.text(&label, size, Anchor::Middle, x, baseline, TEXT);
+            canvas.text(&label, size, Anchor::Middle, x, baseline, Ink::Text);
             taken = x + half + size * 0.4;
         }
     }
@@ -76,12 +82,12 @@ pub(super) fn colour_bar(
         Anchor::Middle,
         bar.x + bar.width / 2.0,
         baseline + size * 1.45,
-        TEXT,
+        Ink::Text,
     );
 }
 
 fn place(
-    canvas: &Canvas,
+    canvas: &dyn Surface,
     bar: Frame,
     scale: Scale,
     ticks: &[f64],
@@ -95,7 +101,7 @@ fn place(
 }
 
 fn arrowheads(
-    canvas: &mut Canvas,
+    canvas: &mut dyn Surface,
     bar: Frame,
     colours: Colours,
     (below, above): (bool, bool),
@@ -103,14 +109,13 @@ fn arrowheads(
 ) {
     let mut arrow = |show: bool, position: f64, base: f32, tip: f32| {
         if show {
-            let [r, g, b] = colours.at(position).map(|channel| channel.round() as u8);
             let shape = [
                 (base, bar.y),
                 (tip, bar.y + bar.height / 2.0),
                 (base, bar.y + bar.height),
             ];
-            canvas.polygon(&shape, Ink(r, g, b, 255));
-            canvas.line(&shape, line, FRAME);
+            canvas.polygon(&shape, Ink::Rgb(colours.at(position)));
+            canvas.line(&shape, line, Ink::Frame);
         }
     };
     arrow(below, 0.0, bar.x, bar.x - bar.height);
@@ -146,29 +151,54 @@ fn label(scale: Scale, ticks: &[f64], value: f64) -> String {
             let largest = ticks
                 .iter()
                 .fold(0.0_f64, |largest, tick| largest.max(tick.abs()));
-            if largest >= 1e5 || (step < 1e-4 && step > 0.0) {
-                let text = format!("{value:.1e}");
-                match text
-                    .split_once('e')
-                    .map(|(digits, power)| (digits, power.parse()))
-                {
-                    _ if value == 0.0 => "0".to_owned(),
-                    Some((digits, Ok(power))) => {
-                        format!("{}×10{}", digits.trim_end_matches(".0"), superscript(power))
-                    }
-                    _ => text,
-                }
-            } else {
-                let decimals = if step > 0.0 {
-                    (-(step * 1.001).log10().floor()).max(0.0) as usize
-                } else {
-                    0
-                };
-                format!("{value:.decimals$}")
-            }
+            return label_decimal(value, step, largest);
         }
     };
     text.replace('-', "−")
+}
+
+/// A number at a mark among others `step` apart, the largest of magnitude `largest`.
+pub(super) fn label_decimal(value: f64, step: f64, largest: f64) -> String {
+    let text = if largest >= 1e5 || (step < 1e-4 && step > 0.0) {
+        let text = format!("{value:.1e}");
+        match text
+            .split_once('e')
+            .map(|(digits, power)| (digits, power.parse()))
+        {
+            _ if value.abs() < 1e-9 * step => "0".to_owned(),
+            Some((digits, Ok(power))) => {
+                format!("{}×10{}", digits.trim_end_matches(".0"), superscript(power))
+            }
+            _ => text,
+        }
+    } else {
+        let decimals = if step > 0.0 {
+            (-(step * 1.001).log10().floor()).max(0.0) as usize
+        } else {
+            0
+        };
+        let text = format!("{value:.decimals$}");
+        // Zero has no sign.
+        if text.trim_matches(['-', '0', '.']).is_empty() {
+            text.trim_start_matches('-').to_owned()
+        } else {
+            text
+        }
+    };
+    text.replace('-', "−")
+}
+
+/// `factor` times a power of ten, at a mark of a logarithmic axis.
+pub(super) fn label_power(factor: f64, power: i32) -> String {
+    if (-2..=3).contains(&power) {
+        let value = factor * 10.0_f64.powi(power);
+        let decimals = (-power).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else if factor == 1.0 {
+        format!("10{}", superscript(power))
+    } else {
+        format!("{factor}×10{}", superscript(power))
+    }
 }
 
 fn superscript(power: i32) -> String {

@@ -1,8 +1,8 @@
 //! Lines of constant longitude and latitude over a map, and their labels.
 
-use super::canvas::{Canvas, FAINT, FRAME, Frame, GRATICULE};
 use super::projection::View;
 use super::scale::round_step;
+use super::surface::{Frame, Ink, Surface};
 use super::text::Anchor;
 
 /// Latitude of the longitude labels, degrees: away from the Galactic plane.
@@ -22,7 +22,7 @@ pub(super) struct Graticule {
 
 impl Graticule {
     /// Draws the lines, the frame and the labels.
-    pub(super) fn draw(&self, canvas: &mut Canvas) {
+    pub(super) fn draw(&self, canvas: &mut dyn Surface) {
         match self.view {
             View::Mollweide => self.whole_sky(canvas),
             View::Gnomonic {
@@ -31,7 +31,7 @@ impl Graticule {
                 size_deg,
             } => {
                 self.detail(canvas, lon_deg, lat_deg, size_deg);
-                canvas.outline(self.map, self.line() * 1.6, FRAME);
+                canvas.outline(self.map, self.line() * 1.6, Ink::Frame);
             }
         }
     }
@@ -40,7 +40,7 @@ impl Graticule {
         (self.size / 20.0).max(0.6)
     }
 
-    fn whole_sky(&self, canvas: &mut Canvas) {
+    fn whole_sky(&self, canvas: &mut dyn Surface) {
         let size = self.size;
         for lat in [-60, -30, 0, 30, 60] {
             // Just short of the cut at l = 180°, where the curve would jump to the other side.
@@ -49,7 +49,7 @@ impl Graticule {
         for lon in [-120, -60, 0, 60, 120] {
             self.curve(canvas, &|t| (f64::from(lon), t * 180.0 - 90.0));
         }
-        canvas.ellipse(self.map, self.line() * 1.6, FRAME);
+        canvas.ellipse(self.map, self.line() * 1.6, Ink::Frame);
         for (lon, label) in [
             (120, "120°"),
             (60, "60°"),
@@ -70,14 +70,14 @@ impl Graticule {
                     Anchor::Right,
                     x - size * 0.4,
                     y + below,
-                    FAINT,
+                    Ink::Faint,
                 );
             }
         }
     }
 
     /// Lines at round angles, labelled where they leave the frame to the left and below.
-    fn detail(&self, canvas: &mut Canvas, lon0: f64, lat0: f64, side: f64) {
+    fn detail(&self, canvas: &mut dyn Surface, lon0: f64, lat0: f64, side: f64) {
         let (map, size) = (self.map, self.size);
         let step = round_angle(side / 4.0);
         // Angular distance of the corners from the middle.
@@ -110,7 +110,7 @@ impl Graticule {
                     Anchor::Right,
                     x - size * 0.4,
                     y + size * 0.3,
-                    FAINT,
+                    Ink::Faint,
                 );
             }
         }
@@ -136,7 +136,14 @@ impl Graticule {
                 .into_iter()
                 .find(|(x, _)| *x > map.x && *x < map.x + map.width && free(*x))
             {
-                canvas.text(&label, size * 0.8, Anchor::Middle, x, y + size * 1.1, FAINT);
+                canvas.text(
+                    &label,
+                    size * 0.8,
+                    Anchor::Middle,
+                    x,
+                    y + size * 1.1,
+                    Ink::Faint,
+                );
                 taken.push((x - half - size * 0.4, x + half + size * 0.4));
             }
         }
@@ -158,7 +165,7 @@ impl Graticule {
     }
 
     /// Draws the part of a curve that lies within the frame.
-    fn curve(&self, canvas: &mut Canvas, at: Curve<'_>) {
+    fn curve(&self, canvas: &mut dyn Surface, at: Curve<'_>) {
         let map = self.map;
         let inside = |(x, y): &(f32, f32)| {
             (map.x..=map.x + map.width).contains(x) && (map.y..=map.y + map.height).contains(y)
@@ -166,7 +173,7 @@ impl Graticule {
         let points: Vec<_> = self.points(at).map(|point| point.filter(inside)).collect();
         for run in points.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
-            canvas.line(&run, self.line(), GRATICULE);
+            canvas.line(&run, self.line(), Ink::Graticule);
         }
     }
 

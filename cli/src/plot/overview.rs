@@ -1,10 +1,11 @@
 //! The overview of a run: I, Q, U, T and β of the total on one page.
 
-use super::canvas::{Canvas, FAINT, Frame, TEXT};
+use super::canvas::Canvas;
 use super::colours::Colours;
 use super::projection::View;
 use super::scale::Scale;
 use super::sky::MapPlot;
+use super::surface::{Frame, Ink, Surface as _};
 use super::text::Anchor;
 use crate::error::Result;
 
@@ -39,12 +40,19 @@ pub fn render(maps: &Overview<'_>) -> Result<Vec<u8>> {
     let (heading, large, small) = (120.0, 930.0, 560.0);
     let mut canvas = Canvas::new(WIDTH, (heading + large + 2.0 * small) as u32)?;
     let title = "Polarised Galactic dust in 3-D: the total of all layers";
-    canvas.text(title, 38.0, Anchor::Middle, width / 2.0, 60.0, TEXT);
+    canvas.text(title, 38.0, Anchor::Middle, width / 2.0, 60.0, Ink::Text);
     let subtitle = format!(
         "Nside {}, Galactic coordinates, polarisation as in HEALPix (COSMO)",
         maps.nside
     );
-    canvas.text(&subtitle, 22.0, Anchor::Middle, width / 2.0, 98.0, FAINT);
+    canvas.text(
+        &subtitle,
+        22.0,
+        Anchor::Middle,
+        width / 2.0,
+        98.0,
+        Ink::Faint,
+    );
 
     let whole = Frame {
         x: 0.0,

@@ -1,11 +1,12 @@
 //! The picture of one map.
 
 use super::axis::colour_bar;
-use super::canvas::{Canvas, Frame, TEXT};
-use super::colours::{Colours, MISSING_COLOUR, Rgb};
+use super::canvas::Canvas;
+use super::colours::Colours;
 use super::graticule::Graticule;
 use super::projection::{Row, View};
 use super::scale::Scale;
+use super::surface::{Cell, Frame, Ink, Raster, Surface};
 use super::text::Anchor;
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
@@ -52,8 +53,7 @@ impl MapPlot<'_> {
             View::Mollweide => w / 62.0,
             View::Gnomonic { .. } => w / 42.0,
         };
-        let height =
-            (w - 2.0 * self.side(size)) / self.view.half_width() as f32 + self.margins(size);
+        let height = self.height(w, size);
         let mut canvas = Canvas::new(width, height.round() as u32)?;
         let frame = Frame {
             x: 0.0,
@@ -111,8 +111,13 @@ impl MapPlot<'_> {
         size * (title + frame + 4.0 + unit)
     }
 
+    /// Height of the picture at a width and a letter size.
+    pub(crate) fn height(&self, width: f32, size: f32) -> f32 {
+        (width - 2.0 * self.side(size)) / self.view.half_width() as f32 + self.margins(size)
+    }
+
     /// Draws title, map, graticule and colour bar into `frame`; `size` is the size of the letters.
-    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Frame, size: f32) -> Result<()> {
+    pub(crate) fn draw(&self, canvas: &mut dyn Surface, frame: Frame, size: f32) -> Result<()> {
         let mut top = frame.y + size * 0.8;
         let middle = frame.x + frame.width / 2.0;
         if !self.title.is_empty() {
@@ -122,7 +127,7 @@ impl MapPlot<'_> {
                 Anchor::Middle,
                 middle,
                 frame.y + size * 1.9,
-                TEXT,
+                Ink::Text,
             );
             top = frame.y + size * 2.9;
         }
@@ -137,7 +142,8 @@ impl MapPlot<'_> {
             width,
             height: (width / half_width).floor(),
         };
-        self.raster(canvas, map)?;
+        let raster = self.raster(map, canvas.cells_per_pixel())?;
+        canvas.raster(map, &raster);
         Graticule {
             view: self.view,
             map,
@@ -180,89 +186,87 @@ impl MapPlot<'_> {
         )
     }
 
-    /// The map itself: every screen pixel is the mean colour of a grid of samples.
-    fn raster(&self, canvas: &mut Canvas, map: Frame) -> Result<()> {
+    /// The map itself: every cell is the mean of a grid of samples.
+    fn raster(&self, map: Frame, cells_per_pixel: f32) -> Result<Raster> {
+        let size = (
+            (map.width * cells_per_pixel).round() as usize,
+            (map.height * cells_per_pixel).round() as usize,
+        );
         let shader = Shader {
             nside: Nside::new(u64::from(self.nside))?,
-            shades: shades(self.values, self.scale, self.colours),
+            positions: positions(self.values, self.scale),
             view: self.view,
-            size: (map.width as usize, map.height as usize),
+            size,
         };
-        let rows: Vec<Vec<(Rgb, f64)>> = (0..shader.size.1)
+        let rows: Vec<Vec<Cell>> = (0..size.1)
             .into_par_iter()
             .map(|row| shader.row(row))
             .collect();
-        for (row, pixels) in rows.into_iter().enumerate() {
-            for (column, (colour, coverage)) in pixels.into_iter().enumerate() {
-                canvas.blend(
-                    map.x as u32 + column as u32,
-                    map.y as u32 + row as u32,
-                    colour,
-                    coverage,
-                );
-            }
-        }
-        Ok(())
+        Ok(Raster {
+            width: size.0,
+            cells: rows.concat(),
+            colours: self.colours,
+        })
     }
 }
 
-/// Finds the colours of screen pixels.
+/// Finds what is seen in the cells of the screen.
 struct Shader {
     nside: Nside,
-    /// Of the pixels of the map.
-    shades: Vec<[f32; 3]>,
+    /// Of the pixels of the map on the colour bar; NaN where there is no value.
+    positions: Vec<f32>,
     view: View,
-    /// Of the map on the screen, pixels.
+    /// Of the map on the screen, cells.
     size: (usize, usize),
 }
 
 impl Shader {
-    /// Mean colour of each pixel of a line of the screen, and how much of the pixel is sky.
-    fn row(&self, row: usize) -> Vec<(Rgb, f64)> {
+    /// The cells of a line of the screen.
+    fn row(&self, row: usize) -> Vec<Cell> {
         let (width, height) = self.size;
         let lines: [Row; SAMPLES] =
             std::array::from_fn(|sub| self.view.row(-place(row, sub, height)));
         (0..width)
             .map(|column| {
-                let mut sum = [0.0; 3];
-                let mut hits = 0.0;
+                let (mut sum, mut valued, mut missing) = (0.0, 0.0, 0.0);
                 for sub in 0..SAMPLES {
                     let x = place(column, sub, width) * self.view.half_width();
-                    for colour in lines.iter().filter_map(|line| self.colour(line.at(x)?)) {
-                        for (sum, channel) in sum.iter_mut().zip(colour) {
-                            *sum += channel;
+                    for position in lines.iter().filter_map(|line| self.position(line.at(x)?)) {
+                        if position.is_nan() {
+                            missing += 1.0;
+                        } else {
+                            sum += position;
+                            valued += 1.0;
                         }
-                        hits += 1.0;
                     }
                 }
-                (
-                    sum.map(|channel| channel / f64::max(hits, 1.0)),
-                    hits / (SAMPLES * SAMPLES) as f64,
-                )
+                let all = (SAMPLES * SAMPLES) as f32;
+                Cell {
+                    position: sum / f32::max(valued, 1.0),
+                    valued: valued / all,
+                    missing: missing / all,
+                }
             })
             .collect()
     }
 
-    fn colour(&self, location: Location) -> Option<Rgb> {
+    fn position(&self, location: Location) -> Option<f32> {
         let pixel = ring::loc2pix(self.nside, location).ok()?;
-        self.shades
-            .get(pixel as usize)
-            .map(|shade| shade.map(f64::from))
+        self.positions.get(pixel as usize).copied()
     }
 }
 
-/// The colour of every pixel of a map.
-fn shades(values: &[f64], scale: Scale, colours: Colours) -> Vec<[f32; 3]> {
+/// The position of every pixel of a map on the colour bar, NaN where it is missing.
+fn positions(values: &[f64], scale: Scale) -> Vec<f32> {
     let spread = scale.spread();
-    let shade = |value: &f64| {
-        let colour = if is_missing(*value) {
-            MISSING_COLOUR
+    let position = |value: &f64| {
+        if is_missing(*value) {
+            f32::NAN
         } else {
-            colours.at(spread.position(*value))
-        };
-        colour.map(|channel| channel as f32)
+            spread.position(*value).clamp(0.0, 1.0) as f32
+        }
     };
-    values.par_iter().map(shade).collect()
+    values.par_iter().map(position).collect()
 }
 
 /// Sample `sub` of screen pixel `index` of `count`, from −1 to 1.

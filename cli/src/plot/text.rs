@@ -3,33 +3,34 @@
 use ab_glyph::{Font, FontRef, GlyphId, OutlineCurve};
 use tiny_skia::{Path, PathBuilder, Transform};
 
-const FONT: &[u8] = include_bytes!("../../assets/font/DejaVuSans-subset.ttf");
+/// The font file, for pages that set text themselves.
+pub(crate) const FONT: &[u8] = include_bytes!("../../assets/font/DejaVuSans-subset.ttf");
 
 /// Which point of a text is put where one says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Left,
     Middle,
     Right,
 }
 
 /// The font of all pictures.
-pub(super) struct Typeface(FontRef<'static>);
+pub(crate) struct Typeface(FontRef<'static>);
 
 impl Typeface {
     /// `None` only if the embedded file were broken, which a test rules out.
-    pub(super) fn new() -> Option<Self> {
+    pub(crate) fn new() -> Option<Self> {
         FontRef::try_from_slice(FONT).ok().map(Self)
     }
 
     /// Width of a text at a size of `size` pixels per em.
-    pub(super) fn width(&self, text: &str, size: f32) -> f32 {
+    pub(crate) fn width(&self, text: &str, size: f32) -> f32 {
         let unit = size / self.0.units_per_em().unwrap_or(2048.0);
         self.place(text).last().map_or(0.0, |(_, end)| end * unit)
     }
 
     /// The outlines of a text whose baseline passes through (x, y); y downwards.
-    pub(super) fn outline(
+    pub(crate) fn outline(
         &self,
         text: &str,
         size: f32,

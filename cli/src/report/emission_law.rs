@@ -1,0 +1,155 @@
+//! The mean emission law of the 3-D model against the 2-D one, and requirement i.
+
+use super::figure::{Check, Figure, Panel, Table, decimal};
+use super::source::Source;
+use crate::error::Result;
+use crate::kernels::healpix::missing::is_missing;
+use crate::plot::{Axis, Chart, Curve, Spread, Style};
+use crate::stages::emission::{Law, Layer, Model, Stokes, add_layer, monochromatic};
+use crate::stages::laws::sky::mean_std;
+
+/// Frequencies of the law, GHz: those of Planck and IRAS, and others between.
+const FREQUENCIES: [f64; 20] = [
+    20.0, 30.0, 44.0, 70.0, 85.0, 100.0, 120.0, 143.0, 180.0, 217.0, 280.0, 353.0, 450.0, 545.0, 700.0, 857.0, 1200.0,
+    1700.0, 2300.0, 2997.92458,
+];
+/// Bytes of maps held at once.
+const PASS_BYTES: usize = 1 << 29;
+/// Where the intensity is compared with the observed one: frequency, its name in files, largest deviation allowed.
+const COMPARED: [(f64, &str, f64); 5] = [
+    (143.0, "143", 0.05),
+    (217.0, "217", 0.05),
+    (545.0, "545", 0.05),
+    (857.0, "857", 0.05),
+    (2997.92458, "2998", 0.05),
+];
+
+/// Means over the sky of I and P at a frequency.
+fn means([i, q, u]: &Stokes) -> [f64; 2] {
+    let n = i.len() as f64;
+    let p: f64 = q.iter().zip(u).map(|(q, u)| q.hypot(*u)).sum();
+    [i.iter().sum::<f64>() / n, p / n]
+}
+
+/// Figure 19, and requirement i.
+pub(super) fn law(source: &Source<'_>) -> Result<(Figure, Check)> {
+    let mut figure = Figure::new("emission-law", "Figure 19", "Mean emission law of the 3-D and 2-D models");
+    figure.columns = 2;
+    figure.caption = "Mean over the whole sky of intensity I and of polarised intensity P = √(Q² + U²) from 20 GHz to 100 µm, of the model with six layers and of the one with the observed T and β in every pixel; and their ratio. Both are the same at 353 GHz.".into();
+    figure.look = "The ratio above 1 at low frequency: where layers of unlike β add up, the flattest one wins there. The same in intensity and polarisation.".into();
+    let npix = source.plan.npix();
+    let per_pass = (PASS_BYTES / (3 * npix * size_of::<f64>())).max(1);
+    let mut laws: [Vec<[f64; 2]>; 2] = Default::default();
+    // The mean of the 3-D intensity at the compared frequencies comes with it.
+    for (law, model) in laws.iter_mut().zip([Model::ThreeD, Model::TwoD]) {
+        for ghz in FREQUENCIES.chunks(per_pass) {
+            law.extend(source.emission(model, ghz)?.iter().map(means));
+        }
+    }
+    let rows: Vec<Vec<f64>> = FREQUENCIES
+        .iter()
+        .enumerate()
+        .map(|(k, nu)| {
+            let (a, b) = (laws[0][k], laws[1][k]);
+            vec![*nu, a[0], b[0], a[0] / b[0], a[1], b[1], a[1] / b[1]]
+        })
+        .collect();
+    let series = |column: usize| -> Vec<(f64, f64)> { rows.iter().map(|row| (row[0], row[column])).collect() };
+    figure.panels.push(Panel::Chart(Chart {
+        title: "Mean emission".into(),
+        x: Axis::new("frequency (GHz)", Spread::Log),
+        y: Axis::new("mean over the sky (MJy/sr)", Spread::Log),
+        curves: vec![
+            Curve::new("I, 3d", 0, series(1)),
+            Curve::new("I, 2d", 1, series(2)).styled(Style::Dashed),
+            Curve::new("P, 3d", 2, series(4)),
+            Curve::new("P, 2d", 3, series(5)).styled(Style::Dashed),
+        ],
+        density: None,
+    }));
+    figure.panels.push(Panel::Chart(Chart {
+        title: "3-D model over 2-D model".into(),
+        x: Axis::new("frequency (GHz)", Spread::Log),
+        y: Axis::new("ratio of the means", Spread::Linear),
+        curves: vec![
+            Curve::new("intensity", 0, series(3)),
+            Curve::new("polarised intensity", 2, series(6)),
+        ],
+        density: None,
+    }));
+    figure.numbers("emission-law", &["GHz", "I_3d", "I_2d", "I_ratio", "P_3d", "P_2d", "P_ratio"], &rows);
+    let mut table = Table::new(&["GHz", "I 3d / 2d", "P 3d / 2d"]);
+    for row in rows.iter().filter(|row| [30.0, 70.0, 100.0, 143.0, 217.0, 353.0, 545.0, 857.0].contains(&row[0])) {
+        table.row(format!("{}", row[0]), &[row[3], row[6]], 4);
+    }
+    figure.tables.push(table);
+    let low = &rows[1];
+    figure.compare(
+        "3-D over 2-D emission at 30 GHz, I and P",
+        "above 1 (flatter law at low frequency)",
+        format!("I {}, P {}", decimal(low[3], 3), decimal(low[6], 3)),
+        Some(low[3] > 1.0 && low[6] > 1.0),
+        "the spread of β along the line of sight decides; the 2-D model has the T and β of a fit at 353 GHz and above, so that this is extrapolation",
+    );
+    let check = requirement_i(source, &mut figure, &laws[0])?;
+    Ok((figure, check))
+}
+
+/// Mean intensity of the model over that observed, at the other frequencies of Planck and IRAS. Where a run was given no
+/// such map, the fit of the observations (T, β) stands for it at the frequencies which it was made at.
+fn requirement_i(source: &Source<'_>, figure: &mut Figure, model: &[[f64; 2]]) -> Result<Check> {
+    let mut table = Table::new(&["GHz", "model (MJy/sr)", "observed (MJy/sr)", "ratio", "observed as"]);
+    let (mut words, mut rows, mut holds) = (Vec::new(), Vec::new(), true);
+    let mut values = serde_json::Map::new();
+    for (nu, name, allowed) in COMPARED {
+        let Some(k) = FREQUENCIES.iter().position(|f| *f == nu) else { continue };
+        let stem = format!("observations/I_{name}");
+        let (observed, how) = if source.run.holds(&stem) {
+            let map = source.map(&stem)?;
+            if map.iter().any(|x| is_missing(*x)) {
+                continue;
+            }
+            (mean_std(&map).0, "map")
+        } else if nu > 353.0 {
+            (by_fit(source, nu)?, "fit of τ, T, β")
+        } else {
+            continue;
+        };
+        let ratio = model[k][0] / observed;
+        holds &= (ratio - 1.0).abs() <= allowed;
+        table.row(format!("{nu:.0}"), &[model[k][0], observed, ratio], 4);
+        if let Some(row) = table.rows.last_mut() {
+            row.push(how.to_owned());
+        }
+        rows.push(vec![nu, model[k][0], observed, ratio]);
+        words.push(format!("{nu:.0} GHz {}", decimal(ratio, 3)));
+        values.insert(format!("ratio_{name}"), ratio.into());
+    }
+    figure.tables.push(table);
+    figure.numbers("requirement-i", &["GHz", "model", "observed", "ratio"], &rows);
+    let mut check = Check::new(
+        "requirement_i",
+        "i: the mean intensity at the other frequencies is the observed one within 5 %",
+        holds,
+        format!("model over observed: {}", words.join(", ")),
+        "emission-law",
+    );
+    check.values = values;
+    Ok(check)
+}
+
+/// Mean intensity at a frequency of the observed intensity at 353 GHz with the observed T and β.
+fn by_fit(source: &Source<'_>, nu: f64) -> Result<f64> {
+    let (mut t, mut beta) = (source.map("observations/T")?, source.map("observations/beta")?);
+    for map in [&mut t, &mut beta] {
+        let (mean, _) = mean_std(map);
+        for value in map.iter_mut().filter(|x| is_missing(**x)) {
+            *value = mean;
+        }
+    }
+    let stokes = source.observed.each_ref().map(Vec::as_slice);
+    let mut out = [std::array::from_fn(|_| vec![0.0; source.plan.npix()])];
+    let law = Law::Maps { t: &t, beta: &beta };
+    add_layer(source.level, &[monochromatic(nu)?], &Layer { stokes, law }, &mut out)?;
+    Ok(mean_std(&out[0][0]).0)
+}

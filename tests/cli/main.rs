@@ -13,6 +13,7 @@ mod presets;
 mod properties;
 mod realisations;
 mod refusals;
+mod report;
 mod rotation;
 mod shell;
 mod sht;

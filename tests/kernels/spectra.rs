@@ -1,11 +1,14 @@
-//! Windows, power-law fits, bins and 2×2 roots.
+//! Windows, power-law fits, bins, 2×2 roots and mode coupling.
 
 use dust3d_kernels::sht::alm;
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::spectra::{
-    Cov2, PowerLaw, beam, beam_complement, bin_range, binned_mean, cross_spectrum, fit_amplitude,
-    fit_power_law, fit_range, fwhm_to_sigma, log_normal_into, scale_by_l,
+    CouplingRow, Cov2, PowerLaw, beam, beam_complement, bin_range, binned_mean, coupling_row_into,
+    coupling_scratch_len, cross_spectrum, fit_amplitude, fit_power_law, fit_range, fwhm_to_sigma,
+    log_normal_into, scale_by_l, wigner3j_into, wigner3j_len,
 };
+use dust3d_tests::reference::rows;
+use dust3d_tests::tolerance;
 use num_complex::Complex;
 use proptest::prelude::*;
 
@@ -169,6 +172,7 @@ fn naive_cross_spectrum_and_scaling() {
     assert!(scale_by_l(&mut a, &[]).is_err());
 }
 
+<<<<<<< HEAD
 #[test]
 fn closed_form_log_normal() {
     let field: Vec<f64> = (0..37).map(|k| 0.5 + k as f64).collect();
@@ -188,4 +192,112 @@ fn closed_form_log_normal() {
     assert!(bits.windows(2).all(|pair| pair[0] == pair[1]));
     let mut short = vec![0.0; 36];
     assert!(log_normal_into(Level::detect(), &field, &g, 1.0, 0.5, &mut short).is_err());
+=======
+/// All symbols for l₂, l₃.
+fn symbols(l2: usize, l3: usize, m: usize) -> Vec<f64> {
+    let mut out = vec![f64::NAN; wigner3j_len(l2, l3)];
+    wigner3j_into(l2, l3, m, &mut out).expect("the right length");
+    out
+}
+
+#[test]
+fn racah_table_wigner3j() {
+    for row in rows(include_str!("../data/mode_coupling/wigner3j.txt")) {
+        let [l2, l3, m, j] = [0, 1, 2, 3].map(|column| row[column] as usize);
+        let got = symbols(l2, l3, m)[j - l2.abs_diff(l3)];
+        assert!(
+            (got - row[4]).abs() <= tolerance::WIGNER_3J,
+            "({j} {l2} {l3}; 0 {m} -{m}): {got} {}",
+            row[4]
+        );
+    }
+}
+
+#[test]
+fn prop_large_wigner3j() {
+    // Closed forms at the ends of the range, orthogonality of m = 0 and 2, and nothing beyond m.
+    for (l2, l3) in [(4096, 4096), (2, 4096), (4095, 1024), (3000, 2999)] {
+        let (zero, two) = (symbols(l2, l3, 0), symbols(l2, l3, 2));
+        let first = l2.abs_diff(l3);
+        let dot = |a: &[f64], b: &[f64]| -> f64 {
+            let terms = a.iter().zip(b).enumerate();
+            terms
+                .map(|(i, (a, b))| (2 * (first + i) + 1) as f64 * a * b)
+                .sum()
+        };
+        assert!((dot(&zero, &zero) - 1.0).abs() < tolerance::WIGNER_3J);
+        assert!((dot(&two, &two) - 1.0).abs() < tolerance::WIGNER_3J);
+        assert!(dot(&zero, &two).abs() < tolerance::WIGNER_3J, "{l2} {l3}");
+    }
+    let l = 4096;
+    let exact = 1.0 / (2.0 * l as f64 + 1.0).sqrt();
+    assert!((symbols(l, l, 0)[0] - exact).abs() < tolerance::WIGNER_3J);
+    assert!((symbols(l, l, 2)[0] - exact).abs() < tolerance::WIGNER_3J);
+    assert_eq!(symbols(1, 5, 2), [0.0; 3]);
+    assert!(wigner3j_into(3, 4, 0, &mut [0.0; 6]).is_err());
+}
+
+/// Rows of the four matrices for one l.
+fn coupling(l: usize, lmax: usize, mask: &[f64]) -> [Vec<f64>; 4] {
+    let mut rows: [Vec<f64>; 4] = std::array::from_fn(|_| vec![f64::NAN; lmax + 1]);
+    let mut scratch = vec![f64::NAN; coupling_scratch_len(lmax)];
+    let [tt, te, same, other] = &mut rows;
+    let row = CouplingRow {
+        tt,
+        te,
+        same,
+        other,
+    };
+    coupling_row_into(l, mask, row, &mut scratch).expect("the right lengths");
+    rows
+}
+
+#[test]
+fn closed_form_coupling() {
+    let lmax = 40;
+    // The whole sky couples nothing: W_l = 4π at l = 0.
+    for l in 0..=lmax {
+        let [tt, te, same, other] = coupling(l, lmax, &[4.0 * std::f64::consts::PI]);
+        for l2 in 0..=lmax {
+            let one = f64::from(u8::from(l == l2));
+            let spin = if l < 2 { 0.0 } else { one };
+            assert!((tt[l2] - one).abs() < 1e-13);
+            assert!((te[l2] - spin).abs() < 1e-13);
+            assert!((same[l2] - spin).abs() < 1e-13);
+            assert_eq!(other[l2], 0.0);
+        }
+    }
+    // All that a mode gives away: the rows of TT and of EE with BB add up to the mean squared weight, Σ (2j+1)/4π W_j,
+    // where l′ reaches as far as the mask takes it.
+    let mask = [3.0, 0.7, 1.1, 0.2, 0.4, 0.05];
+    let power: f64 = mask
+        .iter()
+        .enumerate()
+        .map(|(j, w)| (2 * j + 1) as f64 * w / (4.0 * std::f64::consts::PI))
+        .sum();
+    for l in [8, 20, 34] {
+        let [tt, _, same, other] = coupling(l, lmax, &mask);
+        assert!((tt.iter().sum::<f64>() / power - 1.0).abs() < 1e-12);
+        let both: f64 = same.iter().chain(&other).sum();
+        assert!((both / power - 1.0).abs() < 1e-12);
+        assert!(other.iter().sum::<f64>() > 0.0);
+        // (2l+1) M_ll′ is symmetric.
+        let [back, ..] = coupling(l + 1, lmax, &mask);
+        let (there, here) = (
+            tt[l + 1] / (2 * (l + 1) + 1) as f64,
+            back[l] / (2 * l + 1) as f64,
+        );
+        assert!((there / here - 1.0).abs() < 1e-13);
+    }
+    let mut row = vec![0.0; 5];
+    let mut others: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; 5]);
+    let [te, same, other] = &mut others;
+    let bad = CouplingRow {
+        tt: &mut row,
+        te,
+        same,
+        other,
+    };
+    assert!(coupling_row_into(5, &mask, bad, &mut [0.0; 100]).is_err());
+>>>>>>> 5f0729c (Report: verdict on medians and made spectra, subscripts, decoupled band powers in D_l; tests of report and mode coupling)
 }

@@ -110,3 +110,8 @@ tolerances! {
     SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
     NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
 }
+
+// Mode coupling.
+tolerances! {
+    WIGNER_3J: "wigner3j_into", "absolute, m = 0 and 2, l to 4096", 1e-12, "rounding of the recurrence over up to l steps";
+}

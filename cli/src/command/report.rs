@@ -55,7 +55,11 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
     let options = Options {
         sky_percent: args.sky.clone(),
         apodise_deg: args.apodise,
-        mask: args.mask.as_deref().map(|spec| mask(spec, &run)).transpose()?,
+        mask: args
+            .mask
+            .as_deref()
+            .map(|spec| mask(spec, &run))
+            .transpose()?,
         master_band: args.master.map(|width| width as usize),
         ..Options::default()
     };
@@ -63,7 +67,14 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
     let progress = session.progress();
     let summary = session.on_threads(0, || {
         let out = RunDir::create(&target, args.force)?;
-        let summary = report::write(&run, against.as_ref(), &options, &out, session.level, progress.as_ref())?;
+        let summary = report::write(
+            &run,
+            against.as_ref(),
+            &options,
+            &out,
+            session.level,
+            progress.as_ref(),
+        )?;
         progress.finish();
         let mut manifest = Manifest::new("report", run.manifest.nside);
         session.level.name().clone_into(&mut manifest.simd);
@@ -129,7 +140,9 @@ fn mask(spec: &str, run: &Run) -> Result<Mask> {
         )));
     }
     if weight.iter().all(|x| *x == 0.0) {
-        return Err(Error::usage(format!("--mask {spec} leaves no sky; give one with weights above 0")));
+        return Err(Error::usage(format!(
+            "--mask {spec} leaves no sky; give one with weights above 0"
+        )));
     }
     Ok(Mask { weight })
 }

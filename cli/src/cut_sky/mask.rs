@@ -1,12 +1,12 @@
 //! Masks: weights from 0 to 1 per pixel.
 
+use super::pseudo::truncated;
 use crate::Error;
 use crate::kernels::healpix::disc::{Inclusion, ring_ranges};
 use crate::kernels::healpix::{Nside, ring};
+use crate::kernels::sht::alm;
 use crate::kernels::simd::Level;
 use crate::kernels::spectra::{beam, scale_by_l};
-use super::pseudo::truncated;
-use crate::kernels::sht::alm;
 use crate::sht::ShtPlan;
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -120,7 +120,10 @@ impl Mask {
     /// Mean of the squared weight: what the spectra of weighted maps are divided by.
     #[must_use]
     pub fn mean_square(&self) -> f64 {
-        self.weight.iter().map(|weight| weight * weight).sum::<f64>()
+        self.weight
+            .iter()
+            .map(|weight| weight * weight)
+            .sum::<f64>()
             / self.weight.len().max(1) as f64
     }
 }

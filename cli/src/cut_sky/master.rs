@@ -1,7 +1,7 @@
 //! Band powers of a part of the sky with the coupling by the mask undone (MASTER, Hivon et al. 2002).
 //!
-//! The mean spectrum of the weighted maps is M C ([`coupling_row_into`]). C is taken as constant over each band of
-//! multipoles; averaging M C over the bands leaves a small linear system. EE and BB are solved together, as the mask
+//! The mean spectrum of the weighted maps is M C ([`coupling_row_into`]). D = l(l+1)C/2π is taken as constant over each
+//! band of multipoles; averaging l(l+1)/2π M C over the bands leaves a small linear system. EE and BB are solved together, as the mask
 //! turns one into the other. Multipoles outside the bands are taken as empty.
 
 use super::mask::Mask;
@@ -25,7 +25,7 @@ pub struct Master {
     polarisation: Vec<Vec<f64>>,
 }
 
-/// Mean C_l in each band.
+/// l(l+1)C_l/2π in each band.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BandPowers {
     /// The multipoles of each band.
@@ -84,16 +84,17 @@ impl Master {
                     coupling_row_into(l, mask, rows, &mut scratch)?;
                     for (sums, row) in sums.iter_mut().zip(&row) {
                         for (sum, band) in sums.iter_mut().zip(&bands) {
-                            *sum += row[band.clone()].iter().sum::<f64>() / width as f64;
+                            let band = band.clone();
+                            let mean: f64 = band.map(|k| row[k] / band_weight(k)).sum();
+                            *sum += band_weight(l) * mean / width as f64;
                         }
                     }
                 }
                 Ok(sums)
             })
             .collect::<Result<_>>()?;
-        let block = |kind: usize| -> Vec<Vec<f64>> {
-            rows.iter().map(|sums| sums[kind].clone()).collect()
-        };
+        let block =
+            |kind: usize| -> Vec<Vec<f64>> { rows.iter().map(|sums| sums[kind].clone()).collect() };
         let (same, other) = (block(2), block(3));
         let join = |left: &[Vec<f64>], right: &[Vec<f64>]| -> Vec<Vec<f64>> {
             left.iter()
@@ -122,7 +123,10 @@ impl Master {
             Ok(self
                 .bands
                 .iter()
-                .map(|band| c[band.clone()].iter().sum::<f64>() / band.len() as f64)
+                .map(|band| {
+                    let sum: f64 = band.clone().map(|l| band_weight(l) * c[l]).sum();
+                    sum / band.len() as f64
+                })
                 .collect())
         };
         let mut ee = solve(
@@ -140,6 +144,12 @@ impl Master {
             },
         })
     }
+}
+
+/// l(l+1)/2π.
+#[must_use]
+pub fn band_weight(l: usize) -> f64 {
+    (l * (l + 1)) as f64 / (2.0 * std::f64::consts::PI)
 }
 
 /// Solves a linear system by elimination with row pivots.

@@ -198,9 +198,10 @@ impl Chart {
         let mut top = frame.y + size * self.heading();
         if !self.title.is_empty() {
             let middle = frame.x + frame.width / 2.0;
+            let room = (frame.width - size) / surface.text_width(&self.title, size * 1.15);
             surface.text(
                 &self.title,
-                size * 1.15,
+                size * 1.15 * room.min(1.0),
                 Anchor::Middle,
                 middle,
                 frame.y + size * 1.7,
@@ -478,8 +479,8 @@ fn ticks(spread: Spread, (first, last): (f64, f64), about: i32) -> Vec<(f64, Str
         }
         Spread::Log => {
             let decades = (last.floor() - first.ceil()) as i32 + 1;
-            if decades < 2 {
-                // Within a decade or two: 1, 2 and 5 of each.
+            if last - first < 2.6 {
+                // Over few decades 1, 2 and 5 of each.
                 let powers = first.floor() as i32..=last.ceil() as i32;
                 return powers
                     .flat_map(|power| [1.0, 2.0, 5.0].map(|factor: f64| (factor, power)))

@@ -94,7 +94,8 @@ impl MapPlot<'_> {
     /// Width of the margin on either side of the map.
     fn side(&self, size: f32) -> f32 {
         match self.view {
-            View::Mollweide => size,
+            // Room for the latitudes, which stand beside the ellipse.
+            View::Mollweide => 1.6 * size,
             View::Gnomonic { .. } => 3.2 * size,
         }
     }
@@ -121,9 +122,10 @@ impl MapPlot<'_> {
         let mut top = frame.y + size * 0.8;
         let middle = frame.x + frame.width / 2.0;
         if !self.title.is_empty() {
+            let room = (frame.width - size) / canvas.text_width(&self.title, size * 1.3);
             canvas.text(
                 &self.title,
-                size * 1.3,
+                size * 1.3 * room.min(1.0),
                 Anchor::Middle,
                 middle,
                 frame.y + size * 1.9,

@@ -6,34 +6,34 @@ use std::fmt::Write as _;
 
 /// A figure or table of the report.
 #[derive(Debug, Clone, Default)]
-pub struct Figure {
+pub(super) struct Figure {
     /// Name of its files, and its place in the page.
-    pub id: &'static str,
+    pub(super) id: &'static str,
     /// As the paper calls it, such as `Figure 4`; empty for what the paper has not.
-    pub paper: &'static str,
+    pub(super) paper: &'static str,
     /// Its heading.
-    pub title: String,
+    pub(super) title: String,
     /// What is shown, and how it was computed.
-    pub caption: String,
+    pub(super) caption: String,
     /// What to look for.
-    pub look: String,
+    pub(super) look: String,
     /// Panels side by side, on a wide screen.
-    pub columns: usize,
+    pub(super) columns: usize,
     /// The pictures.
-    pub panels: Vec<Panel>,
+    pub(super) panels: Vec<Panel>,
     /// Numbers to be read in the page.
-    pub tables: Vec<Table>,
+    pub(super) tables: Vec<Table>,
     /// Numbers in files: name without extension, content.
-    pub csv: Vec<(String, String)>,
+    pub(super) csv: Vec<(String, String)>,
     /// The paper's own values beside these.
-    pub comparisons: Vec<Comparison>,
+    pub(super) comparisons: Vec<Comparison>,
     /// Why it, or a part of it, is not there and how to have it.
-    pub lacking: String,
+    pub(super) lacking: String,
 }
 
 /// A picture of a figure.
 #[derive(Debug, Clone)]
-pub enum Panel {
+pub(super) enum Panel {
     /// A map.
     Map(MapPanel),
     /// A diagram.
@@ -42,30 +42,30 @@ pub enum Panel {
 
 /// A map with how to show it.
 #[derive(Debug, Clone)]
-pub struct MapPanel {
+pub(super) struct MapPanel {
     /// Resolution.
-    pub nside: u32,
+    pub(super) nside: u32,
     /// RING order.
-    pub values: Vec<f64>,
+    pub(super) values: Vec<f64>,
     /// Above the map.
-    pub title: String,
+    pub(super) title: String,
     /// Below the colour bar.
-    pub unit: &'static str,
+    pub(super) unit: &'static str,
     /// From values to colours.
-    pub scale: Scale,
+    pub(super) scale: Scale,
     /// The colours.
-    pub colours: Colours,
+    pub(super) colours: Colours,
     /// The part of the sky.
-    pub view: View,
+    pub(super) view: View,
 }
 
 /// Numbers in rows.
 #[derive(Debug, Clone, Default)]
-pub struct Table {
+pub(super) struct Table {
     /// Names of the columns.
-    pub head: Vec<String>,
+    pub(super) head: Vec<String>,
     /// The first cell of a row is its name.
-    pub rows: Vec<Vec<String>>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 /// A value of the paper beside that of the run.
@@ -157,7 +157,7 @@ impl Check {
 impl Figure {
     /// A figure without anything in it yet.
     #[must_use]
-    pub fn new(id: &'static str, paper: &'static str, title: &str) -> Self {
+    pub(super) fn new(id: &'static str, paper: &'static str, title: &str) -> Self {
         Self {
             id,
             paper,
@@ -168,7 +168,7 @@ impl Figure {
     }
 
     /// Adds a comparison with the paper.
-    pub fn compare(
+    pub(super) fn compare(
         &mut self,
         quantity: impl Into<String>,
         paper: impl Into<String>,
@@ -185,8 +185,30 @@ impl Figure {
         });
     }
 
+    /// Adds a file of numbers whose rows have names.
+    pub(super) fn named_numbers(
+        &mut self,
+        file: impl Into<String>,
+        columns: &[&str],
+        rows: &[(String, Vec<f64>)],
+    ) {
+        let mut text = columns.join(",");
+        text.push('\n');
+        for (name, values) in rows {
+            let _ = write!(text, "\"{name}\"");
+            for value in values {
+                text.push(',');
+                if value.is_finite() {
+                    let _ = write!(text, "{}", Shortest(*value));
+                }
+            }
+            text.push('\n');
+        }
+        self.csv.push((file.into(), text));
+    }
+
     /// Adds a file of numbers.
-    pub fn numbers(&mut self, name: impl Into<String>, columns: &[&str], rows: &[Vec<f64>]) {
+    pub(super) fn numbers(&mut self, name: impl Into<String>, columns: &[&str], rows: &[Vec<f64>]) {
         let mut text = columns.join(",");
         text.push('\n');
         for row in rows {
@@ -221,7 +243,7 @@ impl std::fmt::Display for Shortest {
 impl Table {
     /// A table with these columns.
     #[must_use]
-    pub fn new(head: &[&str]) -> Self {
+    pub(super) fn new(head: &[&str]) -> Self {
         Self {
             head: head.iter().map(|&name| name.to_owned()).collect(),
             rows: Vec::new(),
@@ -229,7 +251,7 @@ impl Table {
     }
 
     /// Adds a row of a name and numbers with so many decimals; what is not finite is a dash.
-    pub fn row(&mut self, name: impl Into<String>, values: &[f64], decimals: usize) {
+    pub(super) fn row(&mut self, name: impl Into<String>, values: &[f64], decimals: usize) {
         let mut row = vec![name.into()];
         row.extend(values.iter().map(|value| decimal(*value, decimals)));
         self.rows.push(row);
@@ -238,15 +260,30 @@ impl Table {
 
 /// A number with so many decimals, or a dash; very large and small ones with an exponent.
 #[must_use]
-pub fn decimal(value: f64, decimals: usize) -> String {
+pub(super) fn decimal(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
     let size = value.abs();
-    let text = if size != 0.0 && (size < 0.5 * 10.0_f64.powi(-(decimals as i32)) || size >= 1e6) {
-        format!("{value:.2e}")
-    } else {
-        format!("{value:.decimals$}")
+    if size != 0.0 && (size < 0.5 * 10.0_f64.powi(-(decimals as i32)) || size >= 1e6) {
+        return power(value, 2);
+    }
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
+/// A number as a decimal times a power of ten.
+#[must_use]
+pub(super) fn power(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$e}");
+    let Some((digits, power)) = text.split_once('e') else {
+        return text;
     };
-    text.replace('-', "−")
+    let raised: String = power
+        .chars()
+        .map(|digit| match digit.to_digit(10) {
+            Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+            None => '⁻',
+        })
+        .collect();
+    format!("{} × 10{raised}", digits.replace('-', "−"))
 }

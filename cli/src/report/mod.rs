@@ -108,7 +108,13 @@ pub fn write(
 ) -> Result<Summary> {
     progress.stage("reading the run", 1);
     let mut source = Source::new(run, options, level)?;
-    let mut book = Book { out, sections: String::new(), entries: Vec::new(), figures: Vec::new(), comparisons: Vec::new() };
+    let mut book = Book {
+        out,
+        sections: String::new(),
+        entries: Vec::new(),
+        figures: Vec::new(),
+        comparisons: Vec::new(),
+    };
 
     progress.stage("layers", 6);
     book.add(layers::shells(&source)?)?;
@@ -133,7 +139,10 @@ pub fn write(
     book.add(modes)?;
     book.add(detail)?;
     let emission = models::Emission::of(&source)?;
-    book.add(spectra::other_frequencies(&mut source, &emission.three_d())?)?;
+    book.add(spectra::other_frequencies(
+        &mut source,
+        &emission.three_d(),
+    )?)?;
 
     progress.stage("emission laws", 1);
     book.add(laws::first_layer(&mut source)?)?;
@@ -164,9 +173,20 @@ pub fn write(
     let mut checks = vec![i, ii, iii];
     checks.extend(invariants::checks(&source)?);
     checks.push(te);
-    let verdict = if checks.iter().any(|check| check.status == Status::Fail) { Status::Fail } else { Status::Pass };
+    let verdict = if checks.iter().any(|check| check.status == Status::Fail) {
+        Status::Fail
+    } else {
+        Status::Pass
+    };
     for (stem, nside, mask) in source.masks() {
-        out.map(&stem, "weights of a part of the sky", "", nside, &mask.weight, crate::config::Dtype::F64)?;
+        out.map(
+            &stem,
+            "weights of a part of the sky",
+            "",
+            nside,
+            &mask.weight,
+            crate::config::Dtype::F64,
+        )?;
     }
     let name = run.dir.display().to_string();
     let page = page::page(&run.manifest, &name, &checks, &book.entries, &book.sections);
@@ -210,7 +230,8 @@ impl Book<'_> {
         let mut files = Vec::new();
         if !figure.panels.is_empty() {
             let name = format!("{}.png", figure.id);
-            self.out.file(&name, &figure.title, &render::png(&figure)?)?;
+            self.out
+                .file(&name, &figure.title, &render::png(&figure)?)?;
             files.push(name);
         }
         for (stem, text) in &figure.csv {
@@ -225,12 +246,11 @@ impl Book<'_> {
             title: figure.title.clone(),
             lacking: !figure.lacking.is_empty(),
         });
-        self.comparisons.extend(
-            figure
-                .comparisons
-                .into_iter()
-                .map(|comparison| Listed { figure: figure.id, comparison }),
-        );
+        self.comparisons
+            .extend(figure.comparisons.into_iter().map(|comparison| Listed {
+                figure: figure.id,
+                comparison,
+            }));
         self.figures.push(FigureRecord {
             id: figure.id,
             paper: figure.paper,

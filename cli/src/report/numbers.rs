@@ -14,8 +14,16 @@ pub(super) struct Statistics {
     pub(super) missing: usize,
 }
 
-/// Columns of [`Statistics::row`].
-pub(super) const STATISTICS: [&str; 6] = ["mean", "std", "min", "median", "max", "missing_pixels"];
+/// Columns of a file of [`Statistics::row`]s, the name of the map first.
+pub(super) const STATISTICS: [&str; 7] = [
+    "map",
+    "mean",
+    "std",
+    "min",
+    "median",
+    "max",
+    "missing_pixels",
+];
 
 impl Statistics {
     pub(super) fn of(map: &[f64]) -> Self {

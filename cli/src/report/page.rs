@@ -1,6 +1,7 @@
 //! The page: one HTML file that needs nothing else, neither scripts nor a network.
 
 use super::figure::{Check, Status};
+use super::render::prose;
 use crate::io::Manifest;
 use crate::plot::base64;
 use crate::plot::svg::{FONT_FAMILY, escape};
@@ -18,7 +19,13 @@ pub(super) struct Entry {
 }
 
 /// The whole page.
-pub(super) fn page(manifest: &Manifest, name: &str, checks: &[Check], entries: &[Entry], sections: &str) -> String {
+pub(super) fn page(
+    manifest: &Manifest,
+    name: &str,
+    checks: &[Check],
+    entries: &[Entry],
+    sections: &str,
+) -> String {
     let title = format!("dust3d report: {}", escape(name));
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -29,7 +36,11 @@ pub(super) fn page(manifest: &Manifest, name: &str, checks: &[Check], entries: &
          @font-face{{font-family:{FONT_FAMILY};src:url(data:font/ttf;base64,{}) format(\"truetype\")}}\n{STYLE}</style></head><body>\n<main>\n",
         base64::encode(FONT)
     );
-    let _ = write!(html, "<header><h1>{title}</h1><p>{}</p></header>\n", facts(manifest));
+    let _ = write!(
+        html,
+        "<header><h1>{title}</h1><p>{}</p></header>\n",
+        facts(manifest)
+    );
     html.push_str(&verdict(checks));
     html.push_str(&contents(entries));
     html.push_str(sections);
@@ -65,7 +76,11 @@ fn facts(manifest: &Manifest) -> String {
 /// How the checks ended, in one sentence.
 pub(super) fn outcome(checks: &[Check]) -> String {
     let count = |status: Status| checks.iter().filter(|check| check.status == status).count();
-    let (pass, fail, open) = (count(Status::Pass), count(Status::Fail), count(Status::NotAvailable));
+    let (pass, fail, open) = (
+        count(Status::Pass),
+        count(Status::Fail),
+        count(Status::NotAvailable),
+    );
     let mut text = match (fail, open) {
         (0, 0) => format!("All {pass} checks pass"),
         (0, _) => format!("{pass} checks pass, none fails"),
@@ -96,8 +111,8 @@ fn verdict(checks: &[Check]) -> String {
             html,
             "<li><span class=\"badge {class}\">{word}</span><div><a href=\"#{}\">{}</a><br><span class=\"found\">{}</span></div></li>",
             check.figure,
-            escape(&capital(&check.demand)),
-            escape(&capital(&check.found))
+            prose(&capital(&check.demand)),
+            prose(&capital(&check.found))
         );
     }
     html.push_str("</ul></section>\n");
@@ -107,13 +122,22 @@ fn verdict(checks: &[Check]) -> String {
 fn contents(entries: &[Entry]) -> String {
     let mut html = String::from("<nav aria-label=\"Contents\"><h2>Contents</h2><ul>");
     for entry in entries {
-        let note = if entry.lacking { " <span class=\"why\">(in part)</span>" } else { "" };
+        let note = if entry.lacking {
+            " <span class=\"why\">(in part)</span>"
+        } else {
+            ""
+        };
         let paper = if entry.paper.is_empty() {
             String::new()
         } else {
             format!(" <span class=\"why\">{}</span>", escape(entry.paper))
         };
-        let _ = write!(html, "<li><a href=\"#{}\">{}</a>{paper}{note}</li>", entry.id, escape(&entry.title));
+        let _ = write!(
+            html,
+            "<li><a href=\"#{}\">{}</a>{paper}{note}</li>",
+            entry.id,
+            escape(&entry.title)
+        );
     }
     html.push_str("</ul></nav>\n");
     html
@@ -125,7 +149,7 @@ fn capital(text: &str) -> String {
         return format!("Requirement {text}");
     }
     let mut letters = text.chars();
-    letters
-        .next()
-        .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
 }

@@ -61,7 +61,16 @@ impl Panel {
         let (width, size) = PANEL;
         let height = self.height(&Svg::new(width, 1.0)?, width, size).ceil();
         let mut svg = Svg::new(width, height)?;
-        self.draw(&mut svg, Frame { x: 0.0, y: 0.0, width, height }, size)?;
+        self.draw(
+            &mut svg,
+            Frame {
+                x: 0.0,
+                y: 0.0,
+                width,
+                height,
+            },
+            size,
+        )?;
         Ok(svg.finish(self.title()))
     }
 }
@@ -82,7 +91,10 @@ pub(super) fn png(figure: &Figure) -> Result<Vec<u8>> {
         })
         .collect();
     let top = HEADING * 2.2;
-    let (whole, total) = (width * columns as f32, top + heights.iter().sum::<f32>() + size);
+    let (whole, total) = (
+        width * columns as f32,
+        top + heights.iter().sum::<f32>() + size,
+    );
     let mut canvas = Canvas::new(whole as u32, total as u32)?;
     let heading = if figure.paper.is_empty() {
         figure.title.clone()
@@ -90,14 +102,30 @@ pub(super) fn png(figure: &Figure) -> Result<Vec<u8>> {
         format!("{}: {}", figure.paper, figure.title)
     };
     let room = (whole - HEADING) / canvas.text_width(&heading, HEADING);
-    canvas.text(&heading, HEADING * room.min(1.0), Anchor::Middle, whole / 2.0, HEADING * 1.5, Ink::Text);
+    canvas.text(
+        &heading,
+        HEADING * room.min(1.0),
+        Anchor::Middle,
+        whole / 2.0,
+        HEADING * 1.5,
+        Ink::Text,
+    );
     let mut y = top;
     for (row, height) in rows.iter().zip(heights) {
         for (column, panel) in row.iter().enumerate() {
             let x = width * column as f32;
             // Not stretched to the height of its neighbours.
             let own = panel.height(&probe, width, size);
-            panel.draw(&mut canvas, Frame { x, y, width, height: own }, size)?;
+            panel.draw(
+                &mut canvas,
+                Frame {
+                    x,
+                    y,
+                    width,
+                    height: own,
+                },
+                size,
+            )?;
         }
         y += height;
     }
@@ -110,7 +138,10 @@ pub(super) fn section(figure: &Figure, files: &[String]) -> Result<String> {
     let number = if figure.paper.is_empty() {
         String::new()
     } else {
-        format!("<span class=\"paper\">Paper: {}</span>", escape(figure.paper))
+        format!(
+            "<span class=\"paper\">Paper: {}</span>",
+            escape(figure.paper)
+        )
     };
     let _ = write!(
         html,
@@ -118,12 +149,16 @@ pub(super) fn section(figure: &Figure, files: &[String]) -> Result<String> {
         figure.id,
         escape(&figure.title)
     );
-    let _ = write!(html, "<p>{}</p>", escape(&figure.caption));
+    let _ = write!(html, "<p>{}</p>", prose(&figure.caption));
     if !figure.look.is_empty() {
-        let _ = write!(html, "<p class=\"look\"><b>What to look for.</b> {}</p>", escape(&figure.look));
+        let _ = write!(
+            html,
+            "<p class=\"look\"><b>What to look for.</b> {}</p>",
+            prose(&figure.look)
+        );
     }
     if !figure.lacking.is_empty() {
-        let _ = write!(html, "<p class=\"lacking\">{}</p>", escape(&figure.lacking));
+        let _ = write!(html, "<p class=\"lacking\">{}</p>", prose(&figure.lacking));
     }
     if !figure.panels.is_empty() {
         let panels: Vec<String> = figure
@@ -131,7 +166,12 @@ pub(super) fn section(figure: &Figure, files: &[String]) -> Result<String> {
             .par_iter()
             .map(Panel::svg)
             .collect::<Result<_>>()?;
-        let _ = write!(html, "<div class=\"panels c{}\">{}</div>", figure.columns.min(3), panels.concat());
+        let _ = write!(
+            html,
+            "<div class=\"panels c{}\">{}</div>",
+            figure.columns.min(3),
+            panels.concat()
+        );
     }
     for table in &figure.tables {
         html.push_str(&self::table(table));
@@ -148,17 +188,58 @@ pub(super) fn section(figure: &Figure, files: &[String]) -> Result<String> {
     Ok(html)
 }
 
+/// Prose for the page: escaped, with the subscripts of symbols set as such.
+pub(super) fn prose(text: &str) -> String {
+    const SYMBOLS: [(&str, &str); 20] = [
+        ("C_TE", "C<sub>TE</sub>"),
+        ("C_TT", "C<sub>TT</sub>"),
+        ("C_EE", "C<sub>EE</sub>"),
+        ("C_Tβ", "C<sub>Tβ</sub>"),
+        ("C_ββ", "C<sub>ββ</sub>"),
+        ("C_l", "C<sub>l</sub>"),
+        ("D_l", "D<sub>l</sub>"),
+        ("h_l", "h<sub>l</sub>"),
+        ("A_TT", "A<sub>TT</sub>"),
+        ("A_EE", "A<sub>EE</sub>"),
+        ("A_BB", "A<sub>BB</sub>"),
+        ("T_avg", "T<sub>avg</sub>"),
+        ("β_avg", "β<sub>avg</sub>"),
+        ("s_avg", "s<sub>avg</sub>"),
+        ("s_T", "s<sub>T</sub>"),
+        ("s_β", "s<sub>β</sub>"),
+        ("σ_T", "σ<sub>T</sub>"),
+        ("σ_β", "σ<sub>β</sub>"),
+        ("p_max", "p<sub>max</sub>"),
+        ("f_i", "f<sub>i</sub>"),
+    ];
+    // Names of keys and files have dots or slashes and stay as they are typed.
+    escape(text)
+        .split(' ')
+        .map(|word| {
+            if word.contains(['/', '.']) && !word.ends_with('.') && !word.contains('√') {
+                return word.to_owned();
+            }
+            SYMBOLS
+                .into_iter()
+                .fold(word.to_owned(), |word, (plain, set)| {
+                    word.replace(plain, set)
+                })
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
 fn table(table: &Table) -> String {
     let mut html = String::from("<div class=\"scroll\"><table><thead><tr>");
     for name in &table.head {
-        let _ = write!(html, "<th>{}</th>", escape(name));
+        let _ = write!(html, "<th>{}</th>", prose(name));
     }
     html.push_str("</tr></thead><tbody>");
     for row in &table.rows {
         html.push_str("<tr>");
         for (index, cell) in row.iter().enumerate() {
             let tag = if index == 0 { "th" } else { "td" };
-            let _ = write!(html, "<{tag}>{}</{tag}>", escape(cell));
+            let _ = write!(html, "<{tag}>{}</{tag}>", prose(cell));
         }
         html.push_str("</tr>");
     }
@@ -181,13 +262,16 @@ fn comparisons(figure: &Figure) -> String {
         let _ = write!(
             html,
             "<li><span class=\"badge {class}\">{word}</span><div><b>{}</b>: paper {}; this run {}.{}</div></li>",
-            escape(&item.quantity),
-            escape(&item.paper),
-            escape(&item.run),
+            prose(&item.quantity),
+            prose(&item.paper),
+            prose(&item.run),
             if item.agrees == Some(true) {
                 String::new()
             } else {
-                format!(" <span class=\"why\">Why it may differ: {}.</span>", escape(&item.why))
+                format!(
+                    " <span class=\"why\">Why it may differ: {}.</span>",
+                    prose(&item.why)
+                )
             }
         );
     }

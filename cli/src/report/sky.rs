@@ -16,23 +16,21 @@ const DETAIL: (f64, f64, f64) = (0.0, 50.0, 25.0);
 fn add(
     source: &Source<'_>,
     figure: &mut Figure,
-    rows: &mut Vec<Vec<f64>>,
+    rows: &mut Vec<(String, Vec<f64>)>,
     map: &[f64],
     title: &str,
     show: Show,
 ) -> Result<()> {
-    figure.panels.push(Panel::Map(source.panel(map, title, show)?));
-    let mut row = vec![rows.len() as f64 + 1.0];
-    row.extend(Statistics::of(map).row());
-    rows.push(row);
+    figure
+        .panels
+        .push(Panel::Map(source.panel(map, title, show)?));
+    rows.push((title.to_owned(), Statistics::of(map).row()));
     Ok(())
 }
 
-fn finish(figure: &mut Figure, rows: &[Vec<f64>]) {
-    let mut columns = vec!["panel"];
-    columns.extend(STATISTICS);
+fn finish(figure: &mut Figure, rows: &[(String, Vec<f64>)]) {
     let name = figure.id;
-    figure.numbers(name, &columns, rows);
+    figure.named_numbers(name, &STATISTICS, rows);
 }
 
 /// E and B as maps.
@@ -48,14 +46,35 @@ fn modes(source: &mut Source<'_>, alm: &Harmonics) -> Result<[Vec<f64>; 2]> {
 /// Figure 3: the observed T, E and B.
 pub(super) fn observed(source: &mut Source<'_>) -> Result<Figure> {
     let mut figure = Figure::new("observed", "Figure 3", "The observations: T, E and B");
-    figure.caption = "What the run took as observed, polarisation as its E and B modes, at 353 GHz and at the frequencies that are given for validation. In the file of numbers a row per panel.".into();
+    figure.caption = "What the run took as observed, polarisation as its E and B modes, at 353 GHz and at the frequencies that are given for validation.".into();
     figure.look = "These maps are inputs: what is wrong with them is wrong with the run.".into();
     let mut rows = Vec::new();
     let alm = source.observed_alm.clone();
     let [e, b] = modes(source, &alm)?;
-    add(source, &mut figure, &mut rows, &source.observed[0], "T, 353 GHz", Show::Intensity)?;
-    add(source, &mut figure, &mut rows, &e, "E, 353 GHz", Show::Signed)?;
-    add(source, &mut figure, &mut rows, &b, "B, 353 GHz", Show::Signed)?;
+    add(
+        source,
+        &mut figure,
+        &mut rows,
+        &source.observed[0],
+        "T, 353 GHz",
+        Show::Intensity,
+    )?;
+    add(
+        source,
+        &mut figure,
+        &mut rows,
+        &e,
+        "E, 353 GHz",
+        Show::Signed,
+    )?;
+    add(
+        source,
+        &mut figure,
+        &mut rows,
+        &b,
+        "B, 353 GHz",
+        Show::Signed,
+    )?;
     let mut without = Vec::new();
     for ghz in [217, 143] {
         let Some(stokes) = source.observed_at(ghz)? else {
@@ -65,9 +84,30 @@ pub(super) fn observed(source: &mut Source<'_>) -> Result<Figure> {
         let views = stokes.each_ref().map(Vec::as_slice);
         let alm = Harmonics::of(&mut source.plan, views, None)?;
         let [e, b] = modes(source, &alm)?;
-        add(source, &mut figure, &mut rows, &stokes[0], &format!("T, {ghz} GHz"), Show::Intensity)?;
-        add(source, &mut figure, &mut rows, &e, &format!("E, {ghz} GHz"), Show::Signed)?;
-        add(source, &mut figure, &mut rows, &b, &format!("B, {ghz} GHz"), Show::Signed)?;
+        add(
+            source,
+            &mut figure,
+            &mut rows,
+            &stokes[0],
+            &format!("T, {ghz} GHz"),
+            Show::Intensity,
+        )?;
+        add(
+            source,
+            &mut figure,
+            &mut rows,
+            &e,
+            &format!("E, {ghz} GHz"),
+            Show::Signed,
+        )?;
+        add(
+            source,
+            &mut figure,
+            &mut rows,
+            &b,
+            &format!("B, {ghz} GHz"),
+            Show::Signed,
+        )?;
     }
     if !without.is_empty() {
         figure.lacking = lacking_observations(&without);
@@ -91,9 +131,13 @@ pub(super) fn lacking_observations(ghz: &[String]) -> String {
 
 /// Figure 7: Q and U of the field model, of the observation and of the simulation.
 pub(super) fn totals(source: &Source<'_>) -> Result<Figure> {
-    let mut figure = Figure::new("totals", "Figure 7", "Q and U of the whole sky: field model, observation, simulation");
+    let mut figure = Figure::new(
+        "totals",
+        "Figure 7",
+        "Q and U of the whole sky: field model, observation, simulation",
+    );
     figure.columns = 2;
-    figure.caption = "Sums over the layers: predicted by the field (first row), observed (second), simulated with small scales (third). In the file of numbers a row per panel.".into();
+    figure.caption = "Sums over the layers: predicted by the field (first row), observed (second), simulated with small scales (third).".into();
     figure.look = "The field model is a crude approximation; the simulation agrees with the observation on large scales and adds fine grain.".into();
     let mut rows = Vec::new();
     if source.kept("predicted/Q") && source.kept("predicted/U") {
@@ -104,14 +148,29 @@ pub(super) fn totals(source: &Source<'_>) -> Result<Figure> {
                     *sum += x;
                 }
             }
-            add(source, &mut figure, &mut rows, &sum, &format!("{letter}, field model"), Show::Signed)?;
+            add(
+                source,
+                &mut figure,
+                &mut rows,
+                &sum,
+                &format!("{letter}, field model"),
+                Show::Signed,
+            )?;
         }
     } else {
-        figure.lacking = format!("The run did not keep the layers that the field predicts; {KEEP_ALL}.");
+        figure.lacking =
+            format!("The run did not keep the layers that the field predicts; {KEEP_ALL}.");
     }
     for (maps, name) in [(&source.observed, "observed"), (&source.total, "simulated")] {
         for (index, letter) in [(1, "Q"), (2, "U")] {
-            add(source, &mut figure, &mut rows, &maps[index], &format!("{letter}, {name}"), Show::Signed)?;
+            add(
+                source,
+                &mut figure,
+                &mut rows,
+                &maps[index],
+                &format!("{letter}, {name}"),
+                Show::Signed,
+            )?;
         }
     }
     finish(&mut figure, &rows);
@@ -122,40 +181,67 @@ pub(super) fn totals(source: &Source<'_>) -> Result<Figure> {
 pub(super) fn modes_and_detail(source: &mut Source<'_>) -> Result<[Figure; 2]> {
     let mut whole = Figure::new("modes", "Figure 12", "E and B of the simulation at 353 GHz");
     whole.columns = 2;
-    whole.caption = "Scalar maps of the E and B modes of the sum of the templates. In the file of numbers a row per panel.".into();
-    whole.look = "E and B are alike in level; fine grain follows the brightness of the dust.".into();
+    whole.caption = "Scalar maps of the E and B modes of the sum of the templates.".into();
+    whole.look =
+        "E and B are alike in level; fine grain follows the brightness of the dust.".into();
     let alm = source.total_alm.clone();
     let simulated = modes(source, &alm)?;
     let alm = source.observed_alm.clone();
     let observed = modes(source, &alm)?;
     let mut rows = Vec::new();
-    add(source, &mut whole, &mut rows, &simulated[0], "E, simulated", Show::Signed)?;
-    add(source, &mut whole, &mut rows, &simulated[1], "B, simulated", Show::Signed)?;
+    add(
+        source,
+        &mut whole,
+        &mut rows,
+        &simulated[0],
+        "E, simulated",
+        Show::Signed,
+    )?;
+    add(
+        source,
+        &mut whole,
+        &mut rows,
+        &simulated[1],
+        "B, simulated",
+        Show::Signed,
+    )?;
     finish(&mut whole, &rows);
 
     let (lon, lat, side) = DETAIL;
-    let mut detail = Figure::new("detail", "Figure 13", "A detail: T, E and B observed and simulated");
-    detail.caption = format!("{side}° around l = {lon}°, b = {lat}°, at 353 GHz; observed above, simulated below, each pair in the same colours. In the file of numbers, statistics of the pixels shown, a row per panel.");
+    let mut detail = Figure::new(
+        "detail",
+        "Figure 13",
+        "A detail: T, E and B observed and simulated",
+    );
+    detail.caption = format!(
+        "{side}° around l = {lon}°, b = {lat}°, at 353 GHz; observed above, simulated below, each pair in the same colours. The file has the statistics of the pixels shown."
+    );
     detail.look = "Below, the structures of the upper row with fine grain where the observation is smooth. The paper shows this at Nside 512; at lower resolution pixels are seen.".into();
-    let view = View::Gnomonic { lon_deg: lon, lat_deg: lat, size_deg: side };
+    let view = View::Gnomonic {
+        lon_deg: lon,
+        lat_deg: lat,
+        size_deg: side,
+    };
     let total = (&source.total[0], &simulated[0], &simulated[1]);
     let seen = (&source.observed[0], &observed[0], &observed[1]);
     let mut rows = Vec::new();
     for ((t, e, b), name) in [(seen, "observed"), (total, "simulated")] {
         for (map, with, letter, show) in [
             (t, seen.0, "T", Show::Intensity),
-            (e, total.1, "E", Show::Signed),
-            (b, total.2, "B", Show::Signed),
+            (e, total.1, "E", Show::Even("MJy/sr")),
+            (b, total.2, "B", Show::Even("MJy/sr")),
         ] {
             let nside = source.nside.get() as u32;
             let (scale, colours, unit) = look(&view.visible(nside, with)?, show);
-            let mut row = vec![rows.len() as f64 + 1.0];
-            row.extend(Statistics::of(&view.visible(nside, map)?).row());
-            rows.push(row);
+            let title = format!("{letter}, {name}");
+            rows.push((
+                title.clone(),
+                Statistics::of(&view.visible(nside, map)?).row(),
+            ));
             detail.panels.push(Panel::Map(MapPanel {
                 nside,
                 values: map.clone(),
-                title: format!("{letter}, {name}"),
+                title,
                 unit,
                 scale,
                 colours,
@@ -169,8 +255,12 @@ pub(super) fn modes_and_detail(source: &mut Source<'_>) -> Result<[Figure; 2]> {
 
 /// Figure 16: model, observation and difference at other frequencies.
 pub(super) fn other_frequencies(source: &Source<'_>, models: &[(u32, &Stokes)]) -> Result<Figure> {
-    let mut figure = Figure::new("other-frequencies", "Figure 16", "Model, observation and difference at 143 and 217 GHz");
-    figure.caption = "I, Q and U of the 3-D model beside what was observed at those frequencies, and the difference, in colours of its own. In the file of numbers a row per panel.".into();
+    let mut figure = Figure::new(
+        "other-frequencies",
+        "Figure 16",
+        "Model, observation and difference at 143 and 217 GHz",
+    );
+    figure.caption = "I, Q and U of the 3-D model beside what was observed at those frequencies, and the difference, in colours of its own.".into();
     figure.look = "Differences grow with the distance from 353 GHz and are largest in the plane. They are not expected to vanish: the fluctuations of T and β are random.".into();
     let mut rows = Vec::new();
     let mut without = Vec::new();
@@ -180,7 +270,11 @@ pub(super) fn other_frequencies(source: &Source<'_>, models: &[(u32, &Stokes)]) 
             continue;
         };
         let difference: Stokes = std::array::from_fn(|s| {
-            model[s].iter().zip(&observed[s]).map(|(m, o)| m - o).collect()
+            model[s]
+                .iter()
+                .zip(&observed[s])
+                .map(|(m, o)| m - o)
+                .collect()
         });
         for (maps, name, signed) in [
             (&observed, "observed", Show::Signed),
@@ -188,8 +282,19 @@ pub(super) fn other_frequencies(source: &Source<'_>, models: &[(u32, &Stokes)]) 
             (&difference, "model − observed", Show::Difference),
         ] {
             for (index, letter) in ["I", "Q", "U"].into_iter().enumerate() {
-                let show = if index == 0 && signed == Show::Signed { Show::Intensity } else { signed };
-                add(source, &mut figure, &mut rows, &maps[index], &format!("{letter}, {name}, {ghz} GHz"), show)?;
+                let show = if index == 0 && signed == Show::Signed {
+                    Show::Intensity
+                } else {
+                    signed
+                };
+                add(
+                    source,
+                    &mut figure,
+                    &mut rows,
+                    &maps[index],
+                    &format!("{letter}, {name}, {ghz} GHz"),
+                    show,
+                )?;
             }
         }
     }

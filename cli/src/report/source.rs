@@ -211,7 +211,12 @@ impl<'a> Source<'a> {
     }
 
     /// A map to be shown: the whole sky.
-    pub(super) fn panel(&self, values: &[f64], title: impl Into<String>, show: Show) -> Result<MapPanel> {
+    pub(super) fn panel(
+        &self,
+        values: &[f64],
+        title: impl Into<String>,
+        show: Show,
+    ) -> Result<MapPanel> {
         panel(self.nside, values, title, show, self.level)
     }
 }

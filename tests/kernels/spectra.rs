@@ -202,20 +202,19 @@ fn symbols(l2: usize, l3: usize, m: usize) -> Vec<f64> {
 
 #[test]
 fn racah_table_wigner3j() {
+    let mut worst = 0.0_f64;
     for row in rows(include_str!("../data/mode_coupling/wigner3j.txt")) {
         let [l2, l3, m, j] = [0, 1, 2, 3].map(|column| row[column] as usize);
         let got = symbols(l2, l3, m)[j - l2.abs_diff(l3)];
-        assert!(
-            (got - row[4]).abs() <= tolerance::WIGNER_3J,
-            "({j} {l2} {l3}; 0 {m} -{m}): {got} {}",
-            row[4]
-        );
+        worst = worst.max((got - row[4]).abs());
     }
+    tolerance::WIGNER_3J.hold(worst);
 }
 
 #[test]
 fn prop_large_wigner3j() {
     // Closed forms at the ends of the range, orthogonality of m = 0 and 2, and nothing beyond m.
+    let mut worst = 0.0_f64;
     for (l2, l3) in [(4096, 4096), (2, 4096), (4095, 1024), (3000, 2999)] {
         let (zero, two) = (symbols(l2, l3, 0), symbols(l2, l3, 2));
         let first = l2.abs_diff(l3);
@@ -225,14 +224,16 @@ fn prop_large_wigner3j() {
                 .map(|(i, (a, b))| (2 * (first + i) + 1) as f64 * a * b)
                 .sum()
         };
-        assert!((dot(&zero, &zero) - 1.0).abs() < tolerance::WIGNER_3J);
-        assert!((dot(&two, &two) - 1.0).abs() < tolerance::WIGNER_3J);
-        assert!(dot(&zero, &two).abs() < tolerance::WIGNER_3J, "{l2} {l3}");
+        for (a, b, exact) in [(&zero, &zero, 1.0), (&two, &two, 1.0), (&zero, &two, 0.0)] {
+            worst = worst.max((dot(a, b) - exact).abs());
+        }
     }
     let l = 4096;
     let exact = 1.0 / (2.0 * l as f64 + 1.0).sqrt();
-    assert!((symbols(l, l, 0)[0] - exact).abs() < tolerance::WIGNER_3J);
-    assert!((symbols(l, l, 2)[0] - exact).abs() < tolerance::WIGNER_3J);
+    for m in [0, 2] {
+        worst = worst.max((symbols(l, l, m)[0] / exact - 1.0).abs());
+    }
+    tolerance::WIGNER_3J_LARGE.hold(worst);
     assert_eq!(symbols(1, 5, 2), [0.0; 3]);
     assert!(wigner3j_into(3, 4, 0, &mut [0.0; 6]).is_err());
 }

@@ -1,11 +1,10 @@
 //! `dust3d report`.
 
+use super::map::mask;
 use super::print;
 use super::session::Session;
-use crate::cut_sky::Mask;
 use crate::error::{Error, ErrorKind, Result};
-use crate::io::{Manifest, MapSource, Run, RunDir};
-use crate::kernels::healpix::missing::is_missing;
+use crate::io::{Manifest, Run, RunDir};
 use crate::report::{self, Options, Status};
 use std::path::PathBuf;
 
@@ -58,7 +57,7 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         mask: args
             .mask
             .as_deref()
-            .map(|spec| mask(spec, &run))
+            .map(|spec| mask::read(spec, run.manifest.nside))
             .transpose()?,
         master_band: args.master.map(|width| width as usize),
         ..Options::default()
@@ -117,34 +116,6 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-/// A mask of the user's: weights on the run's grid, nothing where it is missing.
-fn mask(spec: &str, run: &Run) -> Result<Mask> {
-    let map = MapSource::parse(spec)?.read()?;
-    if map.nside != run.manifest.nside {
-        return Err(Error::usage(format!(
-            "--mask {spec} has Nside {} and the run {}; bring it to the run's grid first",
-            map.nside, run.manifest.nside
-        )));
-    }
-    let weight: Vec<f64> = map
-        .values
-        .into_iter()
-        .map(|x| if is_missing(x) { 0.0 } else { x })
-        .collect();
-    if let Some(pixel) = weight.iter().position(|x| !(0.0..=1.0).contains(x)) {
-        return Err(Error::usage(format!(
-            "--mask {spec}: pixel {pixel} has weight {}; weights are from 0 to 1",
-            weight[pixel]
-        )));
-    }
-    if weight.iter().all(|x| *x == 0.0) {
-        return Err(Error::usage(format!(
-            "--mask {spec} leaves no sky; give one with weights above 0"
-        )));
-    }
-    Ok(Mask { weight })
 }
 
 fn percent(text: &str) -> std::result::Result<f64, String> {

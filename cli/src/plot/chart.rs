@@ -165,7 +165,7 @@ impl Chart {
     /// Height that the diagram needs at a width and a letter size.
     pub(crate) fn height(&self, surface: &dyn Surface, width: f32, size: f32) -> f32 {
         let key = self.key(surface, width - 2.0 * size, size).len() as f32;
-        (width - 6.2 * size) * SHAPE + size * (self.heading() + 1.6 * key + 3.6)
+        (width - 6.6 * size) * SHAPE + size * (self.heading() + 1.6 * key + 3.6)
     }
 
     fn heading(&self) -> f32 {
@@ -233,9 +233,9 @@ impl Chart {
             top += size * 1.6;
         }
         let plot = Frame {
-            x: frame.x + 5.0 * size,
+            x: frame.x + 5.4 * size,
             y: top,
-            width: frame.width - 6.2 * size,
+            width: frame.width - 6.6 * size,
             height: frame.y + frame.height - top - 3.6 * size,
         };
         let (x, y) = (self.range(true), self.range(false));
@@ -349,7 +349,7 @@ impl Chart {
         surface.text_upwards(
             &self.y.label,
             size,
-            left - size * 3.9,
+            left - size * 4.45,
             plot.y + plot.height / 2.0,
             Ink::Text,
         );

@@ -28,6 +28,22 @@ fn add(
     Ok(())
 }
 
+/// As [`add`], in the colours of another map.
+fn add_like(
+    source: &Source<'_>,
+    figure: &mut Figure,
+    rows: &mut Vec<(String, Vec<f64>)>,
+    (map, like): (&[f64], &[f64]),
+    title: &str,
+    show: Show,
+) -> Result<()> {
+    add(source, figure, rows, map, title, show)?;
+    if let Some(Panel::Map(panel)) = figure.panels.last_mut() {
+        panel.scale = source.panel(like, "", show)?.scale;
+    }
+    Ok(())
+}
+
 fn finish(figure: &mut Figure, rows: &[(String, Vec<f64>)]) {
     let name = figure.id;
     figure.named_numbers(name, &STATISTICS, rows);
@@ -137,7 +153,7 @@ pub(super) fn totals(source: &Source<'_>) -> Result<Figure> {
         "Q and U of the whole sky: field model, observation, simulation",
     );
     figure.columns = 2;
-    figure.caption = "Sums over the layers: predicted by the field (first row), observed (second), simulated with small scales (third).".into();
+    figure.caption = "Sums over the layers: predicted by the field (first row), observed (second), simulated with small scales (third), the last two in the same colours.".into();
     figure.look = "The field model is a crude approximation; the simulation agrees with the observation on large scales and adds fine grain.".into();
     let mut rows = Vec::new();
     if source.kept("predicted/Q") && source.kept("predicted/U") {
@@ -163,11 +179,11 @@ pub(super) fn totals(source: &Source<'_>) -> Result<Figure> {
     }
     for (maps, name) in [(&source.observed, "observed"), (&source.total, "simulated")] {
         for (index, letter) in [(1, "Q"), (2, "U")] {
-            add(
+            add_like(
                 source,
                 &mut figure,
                 &mut rows,
-                &maps[index],
+                (&maps[index], &source.observed[index]),
                 &format!("{letter}, {name}"),
                 Show::Signed,
             )?;
@@ -260,7 +276,7 @@ pub(super) fn other_frequencies(source: &Source<'_>, models: &[(u32, &Stokes)]) 
         "Figure 16",
         "Model, observation and difference at 143 and 217 GHz",
     );
-    figure.caption = "I, Q and U of the 3-D model beside what was observed at those frequencies, and the difference, in colours of its own.".into();
+    figure.caption = "I, Q and U of the 3-D model beside what was observed at those frequencies, in the same colours, and the difference, in colours of its own.".into();
     figure.look = "Differences grow with the distance from 353 GHz and are largest in the plane. They are not expected to vanish: the fluctuations of T and β are random.".into();
     let mut rows = Vec::new();
     let mut without = Vec::new();
@@ -287,11 +303,16 @@ pub(super) fn other_frequencies(source: &Source<'_>, models: &[(u32, &Stokes)]) 
                 } else {
                     signed
                 };
-                add(
+                let like = if signed == Show::Difference {
+                    &difference[index]
+                } else {
+                    &observed[index]
+                };
+                add_like(
                     source,
                     &mut figure,
                     &mut rows,
-                    &maps[index],
+                    (&maps[index], like),
                     &format!("{letter}, {name}, {ghz} GHz"),
                     show,
                 )?;

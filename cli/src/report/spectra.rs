@@ -16,6 +16,8 @@ use crate::stages::emission::Stokes;
 const PAPER_SLOPES: (f64, f64) = (-3.2, -2.2);
 /// Tolerance of the T–E correlation of a layer.
 const TE_TOLERANCE: f64 = 0.03;
+/// Least scatter of that of a single multipole: on coarse grids few of them lie beyond the observed scales.
+const TE_SCATTER: f64 = 0.06;
 
 fn views(stokes: &Stokes) -> [&[f64]; 3] {
     stokes.each_ref().map(Vec::as_slice)
@@ -219,7 +221,7 @@ fn te_correlation(
             let n = used.clone().count() as f64;
             let square = used.map(|(_, r)| (r - mean).powi(2)).sum::<f64>() / n;
             made.push(mean);
-            errors.push((square / n).sqrt());
+            errors.push((square.max(TE_SCATTER.powi(2)) / n).sqrt());
             names.push(format!("made_{number}"));
             columns.push(rho);
         }

@@ -1,5 +1,6 @@
 //! Analysis of maps into coefficients and back, for the tools on maps.
 
+use crate::cut_sky::Mask;
 use crate::error::{Error, Result};
 use crate::io::{MapFile, MapSource};
 use crate::kernels::Complex;
@@ -74,6 +75,27 @@ impl Maps {
             )));
         }
         Ok(lmax)
+    }
+
+    /// Multiplies all maps by weights: intensity without its weighted mean, missing pixels as no fluctuation.
+    pub(super) fn weigh(&mut self, mask: &Mask) {
+        for (index, map) in self.maps.iter_mut().enumerate() {
+            let (mut sum, mut all) = (0.0, 0.0);
+            for (x, w) in map.values.iter().zip(&mask.weight) {
+                if !is_missing(*x) {
+                    sum += x * w;
+                    all += w;
+                }
+            }
+            let mean = if index == 0 && all > 0.0 {
+                sum / all
+            } else {
+                0.0
+            };
+            for (x, w) in map.values.iter_mut().zip(&mask.weight) {
+                *x = if is_missing(*x) { 0.0 } else { (*x - mean) * w };
+            }
+        }
     }
 
     /// The coefficients as healpy's `map2alm(iter=…)` finds them: equal weights and Jacobi iterations. Missing pixels

@@ -6,6 +6,7 @@ mod degrade;
 mod diff;
 mod harmonics;
 mod info;
+pub(super) mod mask;
 mod plot;
 mod spectrum;
 mod statistics;
@@ -25,6 +26,8 @@ pub(super) enum Command {
     Convert(convert::Args),
     /// A coarser map, by area average
     Degrade(degrade::Args),
+    /// Weights of the faintest part of the sky, with soft edges
+    Mask(mask::Args),
     /// Angular power spectra of I, or of I, Q, U
     Spectrum(spectrum::Args),
     /// How two maps differ
@@ -41,6 +44,7 @@ pub(super) fn execute(command: Command, session: &Session) -> Result<()> {
         Command::Plot(args) => plot::execute(&args),
         Command::Convert(args) => convert::execute(&args, session),
         Command::Degrade(args) => degrade::execute(&args, session.level),
+        Command::Mask(args) => mask::execute(&args, session.level),
         Command::Spectrum(args) => spectrum::execute(&args, session),
         Command::Diff(args) => diff::execute(&args),
         Command::Analyse(args) => analyse::execute(&args, session),

@@ -3,16 +3,20 @@
 use super::super::print;
 use super::super::session::Session;
 use super::harmonics::Maps;
+use super::mask;
+use crate::cut_sky::{Master, Spectra};
 use crate::error::Result;
 use crate::io::fits::write::{self as fits, Provenance};
 use crate::io::output::write_atomically;
+use crate::kernels::healpix::Nside;
 use crate::kernels::spectra::cross_spectrum;
+use crate::sht::ShtPlan;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  dust3d map spectrum I_353.f64\n  dust3d map spectrum I_353.f64 Q_353.f64 U_353.f64 --lmax 128 --out cl.csv\n\nC_l = Σ_m |a_lm|²/(2l+1), full sky; missing pixels count as no fluctuation, without a factor for the sky fraction."
+    after_help = "Examples:\n  dust3d map spectrum I_353.f64\n  dust3d map spectrum I_353.f64 Q_353.f64 U_353.f64 --lmax 128 --out cl.csv\n\n  dust3d map spectrum I.f64 Q.f64 U.f64 --mask sky70.f64 --master 16\n\nC_l = Σ_m |a_lm|²/(2l+1), full sky unless --mask is given; missing pixels count as no fluctuation, without a factor for the sky fraction."
 )]
 pub(in super::super) struct Args {
     /// I, or I Q U
@@ -24,13 +28,20 @@ pub(in super::super) struct Args {
     /// Jacobi iterations of the analysis
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(0..=100))]
     iter: u16,
+    /// Weights of the sky, 0 to 1 (dust3d map mask makes some): spectra of the weighted maps, divided by the mean squared
+    /// weight; intensity without its weighted mean
+    #[arg(long, value_name = "MAP")]
+    mask: Option<String>,
+    /// Undo the coupling by the mask (MASTER): l(l+1)C_l/2π in bands of so many multipoles
+    #[arg(long, value_name = "WIDTH", requires = "mask", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    master: Option<u32>,
     /// Write the table here instead of printing it: CSV, or .fits that healpy's read_cl reads
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
-    let maps = Maps::read(&args.maps)?;
+    let mut maps = Maps::read(&args.maps)?;
     let lmax = maps.lmax(args.lmax)?;
     if maps.missing > 0 {
         session.note(&format!(
@@ -39,6 +50,15 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         ));
     }
     let unit = maps.maps[0].unit.clone();
+    let weights = args
+        .mask
+        .as_deref()
+        .map(|spec| mask::read(spec, maps.nside))
+        .transpose()?;
+    if let Some(weights) = &weights {
+        maps.weigh(weights);
+    }
+    let nside = maps.nside;
     let coefficients = maps.analyse(lmax, args.iter.into(), session.level)?;
     let pairs: &[(&str, usize, usize)] = match coefficients.alms.len() {
         3 => &[
@@ -63,6 +83,18 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         spectra.push(spectrum);
         let _ = write!(text, ",{name}");
     }
+    if let Some((weights, width)) = weights.as_ref().zip(args.master) {
+        let plan = ShtPlan::new(Nside::new(nside.into())?, lmax, session.level)?;
+        let text = decoupled(&Master::new(&plan, weights, width as usize)?, &spectra)?;
+        return match &args.out {
+            Some(path) => write_atomically(path, text.as_bytes()),
+            None => print(&text),
+        };
+    }
+    if let Some(weights) = &weights {
+        let square = weights.mean_square();
+        spectra.iter_mut().flatten().for_each(|c| *c /= square);
+    }
     if let Some(path) = args.out.as_deref().filter(|path| is_fits(path)) {
         return write_fits(path, pairs, &spectra, unit.as_deref());
     }
@@ -78,6 +110,43 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         Some(path) => write_atomically(path, text.as_bytes()),
         None => print(&text),
     }
+}
+
+/// Band powers as a table: the multipoles of each band and l(l+1)C_l/2π.
+fn decoupled(master: &Master, spectra: &[Vec<f64>]) -> Result<String> {
+    let zero = vec![0.0; spectra[0].len()];
+    let get = |index: usize| spectra.get(index).unwrap_or(&zero).clone();
+    let weighted = Spectra {
+        tt: get(0),
+        ee: get(1),
+        bb: get(2),
+        te: get(3),
+    };
+    let found = master.band_powers(&weighted)?;
+    let powers = [
+        ("TT", &found.powers.tt),
+        ("EE", &found.powers.ee),
+        ("BB", &found.powers.bb),
+        ("TE", &found.powers.te),
+    ];
+    let powers = if spectra.len() == 1 {
+        &powers[..1]
+    } else {
+        &powers
+    };
+    let mut text = "l_first,l_last".to_owned();
+    for (name, _) in powers {
+        let _ = write!(text, ",{name}");
+    }
+    text.push('\n');
+    for (b, band) in found.bands.iter().enumerate() {
+        let _ = write!(text, "{},{}", band.start, band.end - 1);
+        for (_, power) in powers {
+            let _ = write!(text, ",{:e}", power[b]);
+        }
+        text.push('\n');
+    }
+    Ok(text)
 }
 
 fn is_fits(path: &Path) -> bool {

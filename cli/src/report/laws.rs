@@ -4,10 +4,12 @@ use super::figure::{Check, Figure, Panel, Table, decimal};
 use super::numbers::{Statistics, by_l, correlation, curve, histogram, mean_over_l};
 use super::source::{Show, Source};
 use crate::error::Result;
-use crate::kernels::healpix::missing::is_missing;
+use crate::kernels::healpix::missing::{MISSING, is_missing};
+use crate::kernels::simd::Level;
 use crate::kernels::spectra::Cov2;
+use crate::parallel;
 use crate::plot::{Axis, Chart, Curve, Density, Spread};
-use crate::stages::laws::sky::{TotalFit, fit_maps, mean_std};
+use crate::stages::laws::sky::{Total, TotalFit, mean_std};
 use crate::stages::laws::spectra::covariances;
 
 /// The paper's table of averages: T_avg, σ_T, β_avg, σ_β per layer.
@@ -309,6 +311,39 @@ pub(super) fn averages(source: &Source<'_>) -> Result<Figure> {
     Ok(figure)
 }
 
+/// T and β fitted to the sum of layers; missing where there is no fit.
+fn fitted(
+    fit: &TotalFit,
+    intensity: &[Vec<f64>],
+    t: &[Vec<f64>],
+    beta: &[Vec<f64>],
+    level: Level,
+) -> Result<[Vec<f64>; 2]> {
+    let npix = intensity.first().map_or(0, Vec::len);
+    let mut maps = [vec![0.0; npix], vec![0.0; npix]];
+    let results = parallel::for_columns(&mut maps, |range, mut out| -> Result<()> {
+        let mut total = Total::new(fit, range.len());
+        for ((i, t), beta) in intensity.iter().zip(t).zip(beta) {
+            total.add(
+                level,
+                &i[range.clone()],
+                &t[range.clone()],
+                &beta[range.clone()],
+            )?;
+        }
+        let (t, beta) = out.split_at_mut(1);
+        total.fit(level, &mut *t[0], &mut *beta[0])?;
+        for x in out.iter_mut().flat_map(|map| map.iter_mut()) {
+            if x.is_nan() {
+                *x = MISSING;
+            }
+        }
+        Ok(())
+    });
+    results.into_iter().collect::<Result<()>>()?;
+    Ok(maps)
+}
+
 /// The fit of a modified blackbody to the total, and requirement iii.
 pub(super) fn fit(source: &mut Source<'_>) -> Result<(Figure, Check)> {
     let mut figure = Figure::new(
@@ -322,8 +357,7 @@ pub(super) fn fit(source: &mut Source<'_>) -> Result<(Figure, Check)> {
         source.maps("laws/T")?,
         source.maps("laws/beta")?,
     );
-    let views: Vec<&[f64]> = i.iter().map(Vec::as_slice).collect();
-    let (ft, fb) = fit_maps(&views, &t, &beta, &TotalFit::new(&config)?, source.level)?;
+    let [ft, fb] = fitted(&TotalFit::new(&config)?, &i, &t, &beta, source.level)?;
     drop((i, t, beta));
     let (to, bo) = (
         source.map("observations/T")?,

@@ -479,6 +479,67 @@ fn namaster_table_band_powers() {
 }
 
 #[test]
+fn namaster_table_map_spectrum() {
+    let shell = Shell::new();
+    let nside = Nside::new(16).expect("an Nside");
+    let of = |f: fn(f64, f64, f64) -> f64| -> Vec<f64> {
+        let centres = (0..nside.npix()).map(|p| ring::pix2vec(nside, p).expect("a pixel"));
+        centres.map(|[x, y, z]| f(x, y, z)).collect()
+    };
+    shell.write_f64("I.f64", &of(|x, _, z| x + z));
+    shell.write_f64(
+        "Q.f64",
+        &of(|x, y, z| (6.0 * x * y).cos() + (9.0 * z).sin() * x + 0.2 * (19.0 * x).cos()),
+    );
+    shell.write_f64(
+        "U.f64",
+        &of(|x, y, z| (7.0 * y * z).sin() - (8.0 * x).cos() * y + 0.2 * (18.0 * y).sin()),
+    );
+    shell.write_f64(
+        "w.f64",
+        &of(|_, _, z| ((z.abs() - 0.2) / 0.3).clamp(0.0, 1.0).powi(2)),
+    );
+    let maps = ["map", "spectrum", "I.f64", "Q.f64", "U.f64", "--lmax", "32"];
+    let with = |more: &[&str]| shell.succeed(&[&maps, more].concat());
+    with(&["--mask", "w.f64", "--master", "5", "--out", "cb.csv"]);
+    let got = csv(&shell, "cb.csv");
+    let table = dust3d_tests::reference::rows(include_str!("../data/mode_coupling/master.txt"));
+    for (b, row) in table.iter().enumerate() {
+        assert_eq!(got["l_first"][b], (2 + 5 * b) as f64);
+        assert!((got["EE"][b] - row[2]).abs() < 5e-4 * table[0][2]);
+        assert!((got["BB"][b] - row[3]).abs() < 5e-4 * table[1][3]);
+    }
+    // A mask of ones is no mask but for the mean of I.
+    shell.write_f64("one.f64", &[1.0; 3072]);
+    with(&["--mask", "one.f64", "--out", "one.csv"]);
+    with(&["--out", "none.csv"]);
+    let (one, none) = (csv(&shell, "one.csv"), csv(&shell, "none.csv"));
+    assert_eq!(one["EE"], none["EE"]);
+    // Masks of a map: the share that is asked for, with soft edges.
+    shell.succeed(&[
+        "map",
+        "mask",
+        "w.f64",
+        "--sky",
+        "40",
+        "--apodise",
+        "0",
+        "--out",
+        "m.f64",
+    ]);
+    let weight = shell.read_f64("m.f64");
+    assert_eq!(weight.iter().sum::<f64>(), (0.4_f64 * 3072.0).round());
+    assert!(
+        shell
+            .fail(
+                2,
+                &["map", "mask", "w.f64", "--sky", "140", "--out", "x.f64"]
+            )
+            .contains("--sky 140")
+    );
+}
+
+#[test]
 fn prop_masks() {
     let nside = Nside::new(32).expect("an Nside");
     let level = Level::detect();

@@ -172,7 +172,6 @@ fn naive_cross_spectrum_and_scaling() {
     assert!(scale_by_l(&mut a, &[]).is_err());
 }
 
-<<<<<<< HEAD
 #[test]
 fn closed_form_log_normal() {
     let field: Vec<f64> = (0..37).map(|k| 0.5 + k as f64).collect();
@@ -192,7 +191,8 @@ fn closed_form_log_normal() {
     assert!(bits.windows(2).all(|pair| pair[0] == pair[1]));
     let mut short = vec![0.0; 36];
     assert!(log_normal_into(Level::detect(), &field, &g, 1.0, 0.5, &mut short).is_err());
-=======
+}
+
 /// All symbols for l₂, l₃.
 fn symbols(l2: usize, l3: usize, m: usize) -> Vec<f64> {
     let mut out = vec![f64::NAN; wigner3j_len(l2, l3)];
@@ -300,5 +300,4 @@ fn closed_form_coupling() {
         other,
     };
     assert!(coupling_row_into(5, &mask, bad, &mut [0.0; 100]).is_err());
->>>>>>> 5f0729c (Report: verdict on medians and made spectra, subscripts, decoupled band powers in D_l; tests of report and mode coupling)
 }

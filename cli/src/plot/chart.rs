@@ -134,6 +134,8 @@ pub struct Chart {
     pub density: Option<Density>,
 }
 
+/// Most decades that a vertical axis shows unless its range is given.
+const DECADES: f64 = 9.0;
 /// Height of the diagram proper over its width.
 const SHAPE: f32 = 0.68;
 
@@ -284,6 +286,11 @@ impl Chart {
         if !(low.is_finite() && high.is_finite()) {
             return (0.0, 1.0);
         }
+        // Rounding where there is nothing must not take the room of what there is.
+        let low = match axis.spread {
+            Spread::Log if !horizontal => low.max(high - DECADES),
+            _ => low,
+        };
         let margin = if horizontal { 0.0 } else { 0.05 };
         let room = if high > low {
             high - low

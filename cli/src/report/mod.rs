@@ -189,7 +189,14 @@ pub fn write(
         )?;
     }
     let name = run.dir.display().to_string();
-    let page = page::page(&run.manifest, &name, &checks, &book.entries, &book.sections);
+    let page = page::page(
+        &run.manifest,
+        &name,
+        &checks,
+        &book.comparisons,
+        &book.entries,
+        &book.sections,
+    );
     out.file("index.html", "the report", page.as_bytes())?;
     let summary = Summary {
         program: "dust3d",

@@ -1,5 +1,6 @@
 //! The page: one HTML file that needs nothing else, neither scripts nor a network.
 
+use super::Listed;
 use super::figure::{Check, Status};
 use super::render::prose;
 use crate::io::Manifest;
@@ -23,6 +24,7 @@ pub(super) fn page(
     manifest: &Manifest,
     name: &str,
     checks: &[Check],
+    comparisons: &[Listed],
     entries: &[Entry],
     sections: &str,
 ) -> String {
@@ -42,6 +44,7 @@ pub(super) fn page(
         facts(manifest)
     );
     html.push_str(&verdict(checks));
+    html.push_str(&beside_the_paper(comparisons));
     html.push_str(&contents(entries));
     html.push_str(sections);
     html.push_str("<footer><p>The model and the figures follow Martínez-Solaeche, Karakci &amp; Delabrouille, “A 3-D model of polarised dust emission in the Milky Way”, MNRAS 476, 1310 (2018), “the paper” above. Maps are in Galactic coordinates, l = 0 in the middle and increasing to the left; polarisation is in the HEALPix (COSMO) convention. The same numbers for programs: <a href=\"summary.json\">summary.json</a>, <a href=\"manifest.json\">manifest.json</a>.</p></footer>\n</main></body></html>\n");
@@ -116,6 +119,38 @@ fn verdict(checks: &[Check]) -> String {
         );
     }
     html.push_str("</ul></section>\n");
+    html
+}
+
+/// All values that the paper states, beside the run's.
+fn beside_the_paper(comparisons: &[Listed]) -> String {
+    if comparisons.is_empty() {
+        return String::new();
+    }
+    let agree = |wanted: bool| {
+        let outcomes = comparisons.iter().filter_map(|item| item.comparison.agrees);
+        outcomes.filter(|agrees| *agrees == wanted).count()
+    };
+    let mut html = format!(
+        "<section id=\"paper\"><h2>Beside the paper</h2><p>{} of the values that the paper states agree with this run, {} differ; each figure below says why they may.</p><div class=\"scroll\"><table><thead><tr><th>quantity</th><th>paper</th><th>this run</th><th></th></tr></thead><tbody>",
+        agree(true),
+        agree(false)
+    );
+    for Listed { figure, comparison } in comparisons {
+        let (class, word) = match comparison.agrees {
+            Some(true) => ("pass", "agrees"),
+            Some(false) => ("differs", "differs"),
+            None => ("none", "given"),
+        };
+        let _ = write!(
+            html,
+            "<tr><th><a href=\"#{figure}\">{}</a></th><td>{}</td><td>{}</td><td><span class=\"badge {class}\">{word}</span></td></tr>",
+            prose(&comparison.quantity),
+            prose(&comparison.paper),
+            prose(&comparison.run)
+        );
+    }
+    html.push_str("</tbody></table></div></section>\n");
     html
 }
 

@@ -114,5 +114,5 @@ tolerances! {
 // Mode coupling.
 tolerances! {
     WIGNER_3J: "wigner3j_into", "absolute, m = 0 and 2, l to 200", 1e-15, "rounding of the recurrence";
-    WIGNER_3J_LARGE: "wigner3j_into", "Σ(2j+1)ff′ and f at j = 0 relative, l to 4096", 1e-13, "rounding of the recurrence over up to 8192 steps";
+    WIGNER_3J_LARGE: "wigner3j_into", "Σ(2j+1)ff′ and f at j = 0 relative, l to 4096", 1e-14, "rounding of the recurrence over up to 8192 steps";
 }

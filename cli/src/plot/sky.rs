@@ -10,8 +10,9 @@ use super::surface::{Cell, Frame, Ink, Raster, Surface};
 use super::text::Anchor;
 use crate::error::{Error, Result};
 use crate::kernels::healpix::missing::is_missing;
-use crate::kernels::healpix::{Location, Nside, ring};
+use crate::kernels::healpix::{Nside, ring};
 use rayon::prelude::*;
+use std::sync::{Arc, Mutex};
 
 /// Samples per screen pixel and direction.
 const SAMPLES: usize = 3;
@@ -194,15 +195,23 @@ impl MapPlot<'_> {
             (map.width * cells_per_pixel).round() as usize,
             (map.height * cells_per_pixel).round() as usize,
         );
-        let shader = Shader {
-            nside: Nside::new(u64::from(self.nside))?,
-            positions: positions(self.values, self.scale),
+        let nside = Nside::new(u64::from(self.nside))?;
+        let positions = positions(self.values, self.scale);
+        let grid = Samples {
+            nside,
             view: self.view,
             size,
         };
+        let known = grid.known();
         let rows: Vec<Vec<Cell>> = (0..size.1)
             .into_par_iter()
-            .map(|row| shader.row(row))
+            .map(|row| match &known {
+                Some(pixels) => {
+                    let length = size.0 * PER_CELL;
+                    cells(&pixels[row * length..(row + 1) * length], &positions)
+                }
+                None => cells(&grid.row(row), &positions),
+            })
             .collect();
         Ok(Raster {
             width: size.0,
@@ -212,50 +221,97 @@ impl MapPlot<'_> {
     }
 }
 
-/// Finds what is seen in the cells of the screen.
-struct Shader {
+/// Samples per cell.
+const PER_CELL: usize = SAMPLES * SAMPLES;
+/// Samples of a picture that are worth remembering; a larger one is unlikely to be followed by another like it.
+const REMEMBERED: usize = 1 << 22;
+/// Stands for a sample off the sky.
+const NO_PIXEL: u32 = u32::MAX;
+
+/// Where the samples of a picture lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Samples {
     nside: Nside,
-    /// Of the pixels of the map on the colour bar; NaN where there is no value.
-    positions: Vec<f32>,
     view: View,
     /// Of the map on the screen, cells.
     size: (usize, usize),
 }
 
-impl Shader {
-    /// The cells of a line of the screen.
-    fn row(&self, row: usize) -> Vec<Cell> {
+/// The pixels of the samples of a few pictures: a report draws a hundred maps on the same grid of cells, and to find a
+/// pixel costs ten times as much as to read it.
+static KNOWN: Mutex<Vec<(Samples, Arc<Vec<u32>>)>> = Mutex::new(Vec::new());
+
+impl Samples {
+    /// The pixels of all samples, row by row, if the picture is small.
+    fn known(&self) -> Option<Arc<Vec<u32>>> {
+        if self.size.0 * self.size.1 * PER_CELL > REMEMBERED {
+            return None;
+        }
+        if let Ok(list) = KNOWN.lock()
+            && let Some((_, pixels)) = list.iter().find(|(samples, _)| samples == self)
+        {
+            return Some(Arc::clone(pixels));
+        }
+        // Without the lock: a thread that waits here for others may be given work that wants it.
+        let rows: Vec<Vec<u32>> = (0..self.size.1)
+            .into_par_iter()
+            .map(|row| self.row(row))
+            .collect();
+        let pixels = Arc::new(rows.concat());
+        if let Ok(mut list) = KNOWN.lock() {
+            list.retain(|(samples, _)| samples != self);
+            list.insert(0, (*self, Arc::clone(&pixels)));
+            list.truncate(4);
+        }
+        Some(pixels)
+    }
+
+    /// The pixels of the samples of a line of the screen, cell by cell.
+    fn row(&self, row: usize) -> Vec<u32> {
         let (width, height) = self.size;
         let lines: [Row; SAMPLES] =
             std::array::from_fn(|sub| self.view.row(-place(row, sub, height)));
-        (0..width)
-            .map(|column| {
-                let (mut sum, mut valued, mut missing) = (0.0, 0.0, 0.0);
-                for sub in 0..SAMPLES {
-                    let x = place(column, sub, width) * self.view.half_width();
-                    for position in lines.iter().filter_map(|line| self.position(line.at(x)?)) {
-                        if position.is_nan() {
-                            missing += 1.0;
-                        } else {
-                            sum += position;
-                            valued += 1.0;
-                        }
-                    }
-                }
-                let all = (SAMPLES * SAMPLES) as f32;
-                Cell {
-                    position: sum / f32::max(valued, 1.0),
-                    valued: valued / all,
-                    missing: missing / all,
-                }
-            })
-            .collect()
+        let mut pixels = Vec::with_capacity(width * PER_CELL);
+        for column in 0..width {
+            for sub in 0..SAMPLES {
+                let x = place(column, sub, width) * self.view.half_width();
+                pixels.extend(lines.iter().map(|line| {
+                    line.at(x)
+                        .and_then(|location| ring::loc2pix(self.nside, location).ok())
+                        .and_then(|pixel| u32::try_from(pixel).ok())
+                        .unwrap_or(NO_PIXEL)
+                }));
+            }
+        }
+        pixels
     }
+}
 
-    fn position(&self, location: Location) -> Option<f32> {
-        let pixel = ring::loc2pix(self.nside, location).ok()?;
-        self.positions.get(pixel as usize).copied()
-    }
+/// What is seen in the cells of a line of the screen, given the pixels of their samples.
+fn cells(pixels: &[u32], positions: &[f32]) -> Vec<Cell> {
+    pixels
+        .chunks(PER_CELL)
+        .map(|pixels| {
+            let (mut sum, mut valued, mut missing) = (0.0, 0.0, 0.0);
+            for position in pixels
+                .iter()
+                .filter_map(|&pixel| positions.get(pixel as usize))
+            {
+                if position.is_nan() {
+                    missing += 1.0;
+                } else {
+                    sum += position;
+                    valued += 1.0;
+                }
+            }
+            let all = PER_CELL as f32;
+            Cell {
+                position: sum / f32::max(valued, 1.0),
+                valued: valued / all,
+                missing: missing / all,
+            }
+        })
+        .collect()
 }
 
 /// The position of every pixel of a map on the colour bar, NaN where it is missing.

@@ -22,7 +22,8 @@ pub const fn wigner3j_len(l2: usize, l3: usize) -> usize {
 
 /// `out[i]` = (j `l2` `l3`; 0 `m` −`m`) at j = |l₂−l₃| + i; all zero where m exceeds l₂ or l₃.
 ///
-/// `out`: [`wigner3j_len`]`(l2, l3)` values. Tested to 1e-13 for l to 4096 and m = 0, 2.
+/// `out`: [`wigner3j_len`]`(l2, l3)` values. Tested for m = 0, 2: to 1e-15 for l to 200, norms and ends to 1e-14 for l to
+/// 4096 (rows `WIGNER_3J` of the tolerance table).
 ///
 /// # Errors
 /// [`Error::Length`] where `out` has another length.

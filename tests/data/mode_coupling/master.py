@@ -3,7 +3,7 @@ import healpy as hp
 import numpy as np
 import pymaster as nmt
 
-nside, lmax, width = 16, 32, 5
+nside, lmax, width = 32, 42, 8
 z, phi = hp.pix2vec(nside, np.arange(12 * nside**2))[2], hp.pix2ang(nside, np.arange(12 * nside**2))[1]
 x, y = np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi)
 weight = np.clip((np.abs(z) - 0.2) / 0.3, 0, 1) ** 2

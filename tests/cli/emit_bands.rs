@@ -189,6 +189,55 @@ fn planck_instrument_model() {
     }
 }
 
+#[test]
+fn damaged_instrument_models_give_a_sentence() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/fits/rimo.fits");
+    let sound = std::fs::read(path).expect("the file");
+    let dir = tempfile::tempdir().expect("a directory");
+    let spec = dir.path().join("x.fits[BANDPASS_030]");
+    let mut state = 20_181_103_u64;
+    let mut below = |bound: usize| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % bound
+    };
+    let mut refused = 0;
+    for _ in 0..1000 {
+        let mut bytes = sound.clone();
+        match below(3) {
+            0 => bytes.truncate(below(sound.len())),
+            1 => {
+                let at = below(sound.len());
+                bytes[at] ^= 1 << below(8);
+            }
+            _ => {
+                for _ in 0..=below(3) {
+                    let at = below(sound.len());
+                    bytes[at] = b"0123456789 '-+.=/ENDTFXZ"[below(24)];
+                }
+            }
+        }
+        std::fs::write(dir.path().join("x.fits"), &bytes).expect("written");
+        match Bandpass::read(&spec) {
+            Ok((band, _)) => {
+                assert!(band.nu_ghz.len() == band.weight.len() && !band.nu_ghz.is_empty());
+                assert!(
+                    band.nu_ghz
+                        .iter()
+                        .chain(&band.weight)
+                        .all(|x| x.is_finite())
+                );
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(error.to_string().contains("x.fits"), "{error}");
+            }
+        }
+    }
+    assert!(refused > 300, "{refused}");
+}
+
 /// A row twice, as in the table of Planck at 857 GHz, is a step; the trapezoid rule over the rows as they stand is kept.
 #[test]
 fn steps_of_a_bandpass() {
@@ -290,6 +339,8 @@ fn beams_are_of_their_bands() {
         shell.read("both/3d_353GHz_U.f64"),
         shell.read("wide/3d_353GHz_U.f64")
     );
+    let quantity = &shell.json("both/manifest.json")["files"][0]["quantity"];
+    assert_eq!(quantity, "I of 353GHz, model 3d, beam of 1200 arcmin");
     // Coefficients of a smoothed map are those of the map times exp(−l(l + 1)σ²/2).
     emit(&shell, "a", "--freq 353 --alm");
     emit(&shell, "b", "--freq 353 --alm --beam 1200");
@@ -323,8 +374,8 @@ fn several_runs_have_their_seeds_in_names() {
     assert_eq!(
         names(&shell, "maps"),
         [
-            "3d_95GHz_seed18446744073709551615_I.f64",
-            "3d_95GHz_seed1_I.f64"
+            "3d_95GHz_seed0001_I.f64",
+            "3d_95GHz_seed18446744073709551615_I.f64"
         ]
     );
     emit(
@@ -332,11 +383,24 @@ fn several_runs_have_their_seeds_in_names() {
         "one",
         "--freq 95 --seed-names --format fits --dtype f32",
     );
-    assert_eq!(names(&shell, "one"), ["3d_95GHz_seed1.fits"]);
+    assert_eq!(names(&shell, "one"), ["3d_95GHz_seed0001.fits"]);
     emit(&shell, "plain", "--freq 95");
     assert_eq!(
-        shell.read("maps/3d_95GHz_seed1_I.f64"),
+        shell.read("maps/3d_95GHz_seed0001_I.f64"),
         shell.read("plain/3d_95GHz_I.f64")
+    );
+    // A directory of runs stands for them.
+    for seed in ["7", "8"] {
+        let out = format!("many/seed000{seed}");
+        shell.succeed(&["run", "sky.toml", "--out", &out, "--seed", seed, "--quiet"]);
+    }
+    shell.write("many/notes.txt", b"by hand");
+    shell.succeed(&[
+        "emit", "many", "--freq", "95", "--out", "all", "--stokes", "I",
+    ]);
+    assert_eq!(
+        names(&shell, "all"),
+        ["3d_95GHz_seed0007_I.f64", "3d_95GHz_seed0008_I.f64"]
     );
     let message = shell.fail(2, &["emit", "run", "run", "--freq", "95", "--out", "x"]);
     assert!(message.contains("seed 1"), "{message}");

@@ -14,7 +14,7 @@ use crate::config::Dtype;
 use crate::error::{Error, Result};
 use crate::io::fits::Frame;
 use crate::io::fits::write::{MapColumn, MapTable, Provenance};
-use crate::io::manifest::InputRecord;
+use crate::io::manifest::{InputRecord, MANIFEST};
 use crate::io::output::MapWriter;
 use crate::io::{Manifest, MapFormat, Run, RunDir};
 use crate::kernels::planck::mbb::MbbNode;
@@ -42,14 +42,15 @@ Units: MJy/sr, Jy/sr, K_RJ, mK_RJ, uK_RJ, K_CMB, mK_CMB, uK_CMB. A bandpass is a
 (response to power, as PySM3 takes it), or a table of a FITS file with columns WAVENUMBER (1/cm, unless TUNIT says
 otherwise) and TRANSMISSION, as in Planck's reduced instrument models.
 
-Files are called <model>_<band>_<I|Q|U>; in FITS, <model>_<band>.fits; with the seed, <model>_<band>_seed<S>.
+Files are called <model>_<band>_<I|Q|U>; in FITS, <model>_<band>.fits; with the seed, <model>_<band>_seed0007.
 Another --nside, --beam and --coord go through harmonic coefficients up to --lmax, found as healpy's map2alm(iter=3)
-finds them; without any of these, maps are not touched.";
+finds them; without any of these, maps are not touched. The beam is exp(-l(l+1) sigma^2/2) for T, E and B alike, where healpy's
+smoothing has exp(2 sigma^2) more for E and B.";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Directories of finished runs; of several, the seed is put in the names
+    /// Directories of finished runs, or of realisations; of several runs, the seed is put in the names
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
     /// Frequencies, GHz (or a wavelength: 100um); with as many --bandpass, they name the bands
@@ -109,11 +110,7 @@ pub(super) struct Args {
 
 pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
     let bands = bands::bands(args)?;
-    let runs = args
-        .runs
-        .iter()
-        .map(|dir| Run::open(dir))
-        .collect::<Result<Vec<_>>>()?;
+    let runs = open(&args.runs)?;
     let seeds = args.seed_names || runs.len() > 1;
     if seeds {
         check_seeds(&runs)?;
@@ -142,7 +139,7 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         progress.stage("emission", runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64);
         for (run, harmonics) in runs.iter().zip(&mut harmonics) {
             let suffix = match run.manifest.seed {
-                Some(seed) if seeds => format!("_seed{seed}"),
+                Some(seed) if seeds => format!("_seed{seed:04}"),
                 _ => String::new(),
             };
             let writer = Writer {
@@ -197,6 +194,29 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         },
         args.out.display()
     ))
+}
+
+/// The runs of `dirs`; a directory without a manifest stands for the runs in it, by name.
+fn open(dirs: &[PathBuf]) -> Result<Vec<Run>> {
+    let mut runs = Vec::new();
+    for dir in dirs {
+        let mut inside: Vec<PathBuf> = Vec::new();
+        if !dir.join(MANIFEST).exists()
+            && let Ok(entries) = std::fs::read_dir(dir)
+        {
+            let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+            inside.extend(paths.filter(|path| path.join(MANIFEST).exists()));
+        }
+        if inside.is_empty() {
+            // Whatever is wrong with it, this says so.
+            inside.push(dir.clone());
+        }
+        inside.sort();
+        for dir in inside {
+            runs.push(Run::open(&dir)?);
+        }
+    }
+    Ok(runs)
 }
 
 /// How many bands fit in memory at once.

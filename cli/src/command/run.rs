@@ -146,11 +146,7 @@ fn realisations(
 }
 
 /// The observations, none for the built-in sky.
-fn read_inputs(
-    args: &Args,
-    config: &Config,
-    progress: &dyn Progress,
-) -> Result<Option<Inputs>> {
+fn read_inputs(args: &Args, config: &Config, progress: &dyn Progress) -> Result<Option<Inputs>> {
     if config.inputs.is_built_in() {
         return Ok(None);
     }

@@ -5,6 +5,7 @@
 use dust3d_kernels::Error;
 use dust3d_kernels::fit::mbb::{FitStatus, MbbFit};
 use dust3d_kernels::planck::spectrum::planck_scalar;
+use dust3d_kernels::scalar::pow;
 
 fn main() -> Result<(), Error> {
     // 353, 545, 857 GHz and 100 µm with the errors of the paper; other bands: MbbFit::new(&nu_ghz, &sigma).
@@ -13,7 +14,7 @@ fn main() -> Result<(), Error> {
     let sky: Vec<f64> = fit
         .frequencies()
         .iter()
-        .map(|&nu| tau * f64::powf(nu / 353.0, beta) * planck_scalar(nu, t_kelvin))
+        .map(|&nu| tau * pow(nu / 353.0, beta) * planck_scalar(nu, t_kelvin))
         .collect();
 
     let exact = fit.fit_pixel(&sky)?;

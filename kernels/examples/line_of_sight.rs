@@ -5,6 +5,7 @@
 use dust3d_kernels::Error;
 use dust3d_kernels::field::Model;
 use dust3d_kernels::field::line_of_sight::{ratios_into, ratios_scratch_len};
+use dust3d_kernels::scalar::sin_cos;
 use dust3d_kernels::simd::Level;
 
 fn main() -> Result<(), Error> {
@@ -16,8 +17,8 @@ fn main() -> Result<(), Error> {
         [l, b] => (*l, *b),
         _ => (120.0, -5.0),
     };
-    let (sin_l, cos_l) = f64::to_radians(l_deg).sin_cos();
-    let (sin_b, cos_b) = f64::to_radians(b_deg).sin_cos();
+    let (sin_l, cos_l) = sin_cos(l_deg.to_radians());
+    let (sin_b, cos_b) = sin_cos(b_deg.to_radians());
     let sight = [cos_b * cos_l, cos_b * sin_l, sin_b];
 
     // The Sun is at x = −8.5 kpc; the field points to l = 90° + q there.

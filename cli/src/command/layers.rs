@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::io::Run;
-use crate::io::run::MapStream;
 use crate::io::manifest::InputRecord;
+use crate::io::run::MapStream;
 use crate::kernels::healpix::missing::is_missing;
 use crate::stages::emission::{Law, Layer, Model, Stokes};
 use crate::stages::laws::sky::mean_std;
@@ -152,7 +152,10 @@ pub(super) struct LayerStream {
 
 enum LawStream {
     Maps([MapStream; 2]),
-    Uniform { t: f64, beta: f64 },
+    Uniform {
+        t: f64,
+        beta: f64,
+    },
     /// The layer is only added to the sum.
     None,
 }
@@ -214,8 +217,11 @@ impl LayerStream {
             Ok((stokes, law))
         };
         // Files are read and converted side by side; the order of what comes back is that of the layers.
-        let slabs: Vec<(Stokes, Option<LawMaps>)> =
-            self.layers.par_iter_mut().map(read).collect::<Result<_>>()?;
+        let slabs: Vec<(Stokes, Option<LawMaps>)> = self
+            .layers
+            .par_iter_mut()
+            .map(read)
+            .collect::<Result<_>>()?;
         let mut layers = Vec::new();
         let mut sum: Option<Stokes> = None;
         for (stokes, law) in slabs {

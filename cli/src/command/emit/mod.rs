@@ -136,7 +136,10 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         let steps = |(run, harmonics): (&Run, &Harmonics)| {
             passes(run, streamed(run, harmonics)) * slabs(npix(run)).count()
         };
-        progress.stage("emission", runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64);
+        progress.stage(
+            "emission",
+            runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64,
+        );
         for (run, harmonics) in runs.iter().zip(&mut harmonics) {
             let suffix = match run.manifest.seed {
                 Some(seed) if seeds => format!("_seed{seed:04}"),

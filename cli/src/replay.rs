@@ -169,7 +169,7 @@ pub struct LayerStream {
 }
 
 enum LawStream {
-    Maps([MapStream; 2]),
+    Maps(Box<[MapStream; 2]>),
     Uniform {
         t: f64,
         beta: f64,
@@ -196,10 +196,10 @@ impl LayerStream {
                 open(format!("templates/U_{number}"))?,
             ];
             let law = match model {
-                Model::ThreeD => LawStream::Maps([
+                Model::ThreeD => LawStream::Maps(Box::new([
                     open(format!("laws/T_{number}"))?,
                     open(format!("laws/beta_{number}"))?,
-                ]),
+                ])),
                 Model::Uniform => {
                     let (t, beta) = uniform_law(run, number)?;
                     LawStream::Uniform { t, beta }
@@ -231,10 +231,13 @@ impl LayerStream {
             let [i, q, u] = stokes;
             let stokes = [i.next(count)?, q.next(count)?, u.next(count)?];
             let law = match law {
-                LawStream::Maps([t, beta]) => Some(LawMaps::Maps {
-                    t: t.next(count)?,
-                    beta: beta.next(count)?,
-                }),
+                LawStream::Maps(maps) => {
+                    let [t, beta] = &mut **maps;
+                    Some(LawMaps::Maps {
+                        t: t.next(count)?,
+                        beta: beta.next(count)?,
+                    })
+                }
                 &mut LawStream::Uniform { t, beta } => Some(LawMaps::Uniform { t, beta }),
                 LawStream::None => None,
             };
@@ -278,7 +281,7 @@ impl LayerStream {
                 map.finish()?;
             }
             if let LawStream::Maps(maps) = law {
-                for map in maps {
+                for map in *maps {
                     map.finish()?;
                 }
             }

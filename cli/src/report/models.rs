@@ -83,11 +83,7 @@ impl Smooth {
         let [i, q, u] = &mut maps;
         self.plan
             .synthesis_mixed(&[t], &[[e, b]], &mut [i], &mut [[q, u]])?;
-        Ok(Harmonics::of(
-            &mut self.plan,
-            views(&maps),
-            Some(&self.mask),
-        )?)
+        Harmonics::of(&mut self.plan, views(&maps), Some(&self.mask))
     }
 }
 

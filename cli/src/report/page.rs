@@ -38,9 +38,9 @@ pub(super) fn page(
          @font-face{{font-family:{FONT_FAMILY};src:url(data:font/ttf;base64,{}) format(\"truetype\")}}\n{STYLE}</style></head><body>\n<main>\n",
         base64::encode(FONT)
     );
-    let _ = write!(
+    let _ = writeln!(
         html,
-        "<header><h1>{title}</h1><p>{}</p></header>\n",
+        "<header><h1>{title}</h1><p>{}</p></header>",
         facts(manifest)
     );
     html.push_str(&verdict(checks));

@@ -2,6 +2,7 @@
 
 mod column;
 mod field;
+mod fourier;
 mod healpix;
 mod math;
 mod mbb_fit;

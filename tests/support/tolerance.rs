@@ -110,3 +110,8 @@ tolerances! {
     SIGHT_PORTABLE: "ratios_into", "absolute, portable against fused", 1e-15, "products are rounded";
     NORMAL: "normal::from_word", "ulp", 5.0, "polynomials of degree seven, unfused";
 }
+
+// Fourier transforms across lanes, direct sums.
+tolerances! {
+    FOURIER: "fourier::Fourier", "root mean square error over that of the result, n to 5000", 8e-16, "rounding of twiddles and butterflies, growing as the root of the number of passes";
+}

@@ -1,12 +1,13 @@
 //! The plan: everything that does not change from transform to transform.
 
+use super::equidistant::Equidistant;
 use super::group::Channels;
 use super::orders::Orders;
 use super::workers::Scratch;
 use dust3d_kernels::Error;
 use dust3d_kernels::healpix::Nside;
 use dust3d_kernels::sht::{
-    PhaseBlock, PhaseTable, RingBlock, RingShapes, alm, phase_table, phase_table_len,
+    PhaseBlock, PhaseTable, PhaseTile, RingBlock, RingShapes, alm, phase_table, phase_table_len,
     ring_block_count, ring_blocks,
 };
 use dust3d_kernels::simd::Level;
@@ -32,7 +33,7 @@ pub struct ShtPlan {
     pub(super) level: Level,
     pub(super) geometry: Geometry,
     pub(super) orders: Orders,
-    pub(super) phases: Vec<PhaseBlock>,
+    pub(super) tiles: Vec<PhaseTile>,
     pub(super) workers: Vec<Scratch>,
     pub(super) ring_weights: Option<Vec<[f64; 8]>>,
 }
@@ -43,8 +44,10 @@ pub(super) struct Geometry {
     pub(super) shapes: Vec<RingShapes>,
     /// Pixels of the northern and southern rings of each block.
     pub(super) pixels: Vec<(usize, usize)>,
-    /// Leading blocks on which spin 2 uses the spin-weighted functions.
+    /// Leading blocks of the Legendre stage on which spin 2 uses the spin-weighted functions.
     pub(super) polar: usize,
+    /// Rings of the Legendre stage where they are not those of the map.
+    pub(super) equidistant: Option<Equidistant>,
     /// Blocks per part.
     pub(super) part: usize,
     /// e^{imφ₀} of each block.
@@ -85,9 +88,16 @@ impl Geometry {
             .map(|i| planner.plan_fft_forward(4 * i))
             .collect();
         let per_block = (lmax + 1) * 3 * size_of::<PhaseBlock>();
+        let equidistant = Equidistant::new(nside, lmax, count)?;
+        let legendre = equidistant.as_ref().map_or(&rings, |e| &e.rings);
         Ok(Self {
-            polar: rings.partition_point(|r| r.sin2_min < SPIN_POLE),
-            part: (PHASE_BYTES / per_block).clamp(1, count),
+            polar: legendre.partition_point(|r| r.sin2_min < SPIN_POLE),
+            part: match equidistant {
+                // every ring comes from all equidistant ones
+                Some(_) => count,
+                None => (PHASE_BYTES / per_block).clamp(1, count),
+            },
+            equidistant,
             rings,
             shapes,
             pixels,
@@ -123,16 +133,18 @@ impl ShtPlan {
     /// [`Error::Nside`] above 2^20.
     pub fn new(nside: Nside, lmax: usize, level: Level) -> Result<Self, Error> {
         let geometry = Geometry::new(nside.get(), lmax)?;
-        let wigner_limit = geometry.rings[..geometry.polar]
-            .last()
-            .map_or(0, |r| r.m_limit);
+        let legendre = match &geometry.equidistant {
+            Some(equidistant) => &equidistant.rings,
+            None => &geometry.rings,
+        };
+        let wigner_limit = legendre[..geometry.polar].last().map_or(0, |r| r.m_limit);
         Ok(Self {
             nside,
             lmax,
             level,
             orders: Orders::new(lmax, wigner_limit),
             geometry,
-            phases: Vec::new(),
+            tiles: Vec::new(),
             workers: Vec::new(),
             ring_weights: None,
         })

@@ -55,8 +55,11 @@ pub(super) struct Scratch {
     pub(super) sums: Vec<Sums>,
     pub(super) states: Vec<RecurrenceState>,
     pub(super) mixing: Vec<Complex<f64>>,
-    /// Phases of one order (adjoint only).
-    pub(super) row: Vec<PhaseBlock>,
+    /// Phases of eight orders in the Legendre stage.
+    pub(super) rows: Vec<PhaseBlock>,
+    pub(super) resampling: super::equidistant::ResamplingRoom,
+    /// Tiles of one block.
+    pub(super) places: Vec<usize>,
     /// Spectra of one block of rings, and room for the FFT.
     pub(super) spectra: Vec<Complex<f64>>,
     pub(super) fft: Vec<Complex<f64>>,

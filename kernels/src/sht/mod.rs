@@ -17,6 +17,7 @@
 //! | `legendre` | the inner loops of spin 0 (and of spin 2 away from the poles) |
 //! | `mixing` | a_lm ↔ coefficients of the recurrence's basis; E, B ↔ two scalar-like sets |
 //! | `wigner` | spin 2 near the poles, by spin-weighted functions |
+//! | `resampling` | F_m on few equidistant rings → F_m on the rings of the map |
 //! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
 //!
 //! # Cost
@@ -28,6 +29,7 @@ mod double;
 mod legendre;
 mod mixing;
 mod recurrence;
+mod resampling;
 mod ring_spectrum;
 mod rings;
 mod start;
@@ -39,11 +41,18 @@ pub use mixing::{
     spin2_from_sums,
 };
 pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
+pub use resampling::{
+    Carrier, Layout, MARGIN, ORDERS, Resampling, RingTaps, TAPS, add_to_fine, equidistant_carriers,
+    grid_from_phases, phases_from_fine, phases_from_grid, resampling_factors, resampling_lengths,
+    ring_taps,
+};
 pub use ring_spectrum::{
-    PhaseTable, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
+    PhaseTable, PhaseTile, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
     spectrum_from_phases,
 };
-pub use rings::{RingBlock, healpix_ring, ring_block_count, ring_blocks};
+pub use rings::{
+    RingBlock, equidistant_ring_blocks, healpix_ring, ring_block_count, ring_blocks,
+};
 pub use wigner::{
     WignerStep, wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_norms,
     wigner_step_count, wigner_step_table, wigner_synthesis,

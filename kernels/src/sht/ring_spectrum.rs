@@ -118,7 +118,10 @@ fn all_distinct(shapes: &RingShapes, orders: usize) -> bool {
 }
 
 /// Orders moved together between lanes and spectra.
-const BATCH: usize = 8;
+const BATCH: usize = super::ORDERS;
+
+/// F of eight consecutive orders on a block: what the two stages hand each other.
+pub type PhaseTile = [PhaseBlock; BATCH];
 
 /// N_m + i S_m and conj N_m + i conj S_m of one order, as (imaginary, real, imaginary, real).
 #[inline(always)]
@@ -138,8 +141,8 @@ fn combine<L: Lanes>(token: L::Token, block: &PhaseBlock, (c, s): (L, L)) -> Pha
 #[inline(always)]
 fn spectrum_body<L: Lanes>(
     token: L::Token,
-    phases: &[PhaseBlock],
-    (stride, orders): (usize, usize),
+    tiles: &[PhaseTile],
+    (places, orders): (&[usize], usize),
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
@@ -155,14 +158,14 @@ fn spectrum_body<L: Lanes>(
     while first < orders {
         let count = BATCH.min(orders - first);
         let mut batch = [PhaseBlock::default(); BATCH];
-        for (j, out) in batch.iter_mut().enumerate().take(count) {
-            let m = first + j;
-            let (Some(rotation), Some(block)) =
-                (phase::<L>(token, m, table, scale), phases.get(m * stride))
-            else {
+        let Some(tile) = places.get(first / BATCH).and_then(|&k| tiles.get(k)) else {
+            return;
+        };
+        for j in 0..count {
+            let Some(rotation) = phase::<L>(token, first + j, table, scale) else {
                 return;
             };
-            *out = combine::<L>(token, block, rotation);
+            batch[j] = combine::<L>(token, &tile[j], rotation);
         }
         if first == 0 {
             // F_0 is real, and its two harmonics are one
@@ -218,29 +221,29 @@ fn spectrum_body<L: Lanes>(
 
 /// F_m of a block of ring pairs → their spectra, one after another in `spectra`, ready for a forward FFT.
 ///
-/// `phases`: for m = 0, 1, … at `offset + m · stride`, `orders` of them; `scale` multiplies each ring pair (ones, or
-/// 1/sin²θ); `table` from [`phase_table`].
+/// Orders 8k … 8k + 7 are `tiles[places[k]]`, `orders` in all; `scale` multiplies each ring pair (ones, or 1/sin²θ);
+/// `table` from [`phase_table`].
 ///
 /// # Errors
-/// [`Error::Length`] unless `spectra` is as long as the shapes say and `phases` holds all orders.
+/// [`Error::Length`] unless `spectra` is as long as the shapes say and there is a place within `tiles` for all orders.
 pub fn spectrum_from_phases(
     level: Level,
-    phases: &[PhaseBlock],
-    (offset, stride, orders): (usize, usize, usize),
+    tiles: &[PhaseTile],
+    (places, orders): (&[usize], usize),
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
     spectra: &mut [Complex<f64>],
 ) -> Result<(), Error> {
     Error::check_len("spectra", shapes.len(), spectra.len())?;
-    if orders > 0 {
-        Error::check_scratch("phases", offset + (orders - 1) * stride + 1, phases.len())?;
+    Error::check_scratch("places", orders.div_ceil(BATCH), places.len())?;
+    for place in places.iter().take(orders.div_ceil(BATCH)) {
+        Error::check_scratch("phases", place + 1, tiles.len())?;
     }
-    let phases = phases.get(offset..).unwrap_or(&[]);
     crate::dispatch!(level, |token: L| spectrum_body::<L>(
         token,
-        phases,
-        (stride, orders),
+        tiles,
+        (places, orders),
         scale,
         table,
         shapes,
@@ -256,8 +259,8 @@ fn phases_body<L: Lanes>(
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
-    phases: &mut [PhaseBlock],
-    (stride, orders): (usize, usize),
+    tiles: &mut [PhaseTile],
+    orders: usize,
 ) {
     let starts = starts(shapes);
     let scale = L::load(token, scale) * L::splat(token, 0.5);
@@ -300,14 +303,18 @@ fn phases_body<L: Lanes>(
                 }
             }
         }
+        let Some(tile) = tiles.get_mut(first / BATCH) else {
+            return;
+        };
+        if count < BATCH {
+            *tile = [PhaseBlock::default(); BATCH];
+        }
         for (j, z) in batch.iter().enumerate().take(count) {
             let m = first + j;
-            let (Some((c, s)), Some(block)) = (
-                phase::<L>(token, m, table, scale),
-                phases.get_mut(m * stride),
-            ) else {
+            let Some((c, s)) = phase::<L>(token, m, table, scale) else {
                 return;
             };
+            let block = &mut tile[j];
             let (pr, pi) = (L::load(token, &z[0]), L::load(token, &z[1]));
             let (mr, mi) = (L::load(token, &z[2]), L::load(token, &z[3]));
             // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
@@ -328,30 +335,23 @@ fn phases_body<L: Lanes>(
 
 /// The transpose of [`spectrum_from_phases`]: forward FFTs of the sequences N + iS (stored plainly) → F_m.
 ///
+/// `tiles` are those of the block, in order; orders beyond `orders` in the last one become zero.
+///
 /// # Errors
-/// [`Error::Length`] as there.
+/// [`Error::Length`] unless `spectra` is as long as the shapes say and `tiles` hold `orders`.
 pub fn phases_from_spectrum(
     level: Level,
     spectra: &[Complex<f64>],
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
-    phases: &mut [PhaseBlock],
-    (offset, stride, orders): (usize, usize, usize),
+    tiles: &mut [PhaseTile],
+    orders: usize,
 ) -> Result<(), Error> {
     Error::check_len("spectra", shapes.len(), spectra.len())?;
-    if orders > 0 {
-        Error::check_scratch("phases", offset + (orders - 1) * stride + 1, phases.len())?;
-    }
-    let phases = phases.get_mut(offset..).unwrap_or(&mut []);
+    Error::check_scratch("phases", orders.div_ceil(BATCH), tiles.len())?;
     crate::dispatch!(level, |token: L| phases_body::<L>(
-        token,
-        spectra,
-        scale,
-        table,
-        shapes,
-        phases,
-        (stride, orders)
+        token, spectra, scale, table, shapes, tiles, orders
     ));
     Ok(())
 }

@@ -65,6 +65,27 @@ pub(super) unsafe fn sum4(v: __m256d) -> f64 {
     }
 }
 
+/// Rows to columns.
+///
+/// # Safety
+/// The CPU must have AVX.
+#[inline(always)]
+unsafe fn transpose4(r: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: the caller has AVX; registers only.
+    unsafe {
+        let l0 = _mm256_unpacklo_pd(r[0], r[1]);
+        let h0 = _mm256_unpackhi_pd(r[0], r[1]);
+        let l1 = _mm256_unpacklo_pd(r[2], r[3]);
+        let h1 = _mm256_unpackhi_pd(r[2], r[3]);
+        [
+            _mm256_permute2f128_pd::<0x20>(l0, l1),
+            _mm256_permute2f128_pd::<0x20>(h0, h1),
+            _mm256_permute2f128_pd::<0x31>(l0, l1),
+            _mm256_permute2f128_pd::<0x31>(h0, h1),
+        ]
+    }
+}
+
 /// Applies an intrinsic to both halves.
 macro_rules! both {
     ($intrinsic:ident, $($x:expr),+) => {
@@ -300,6 +321,26 @@ impl Lanes for Avx2Lanes {
         // SAFETY: as above.
         let ((m0, e0), (m1, e1)) = unsafe { (half(self.0), half(self.1)) };
         (Self(m0, m1), Self(e0, e1))
+    }
+    #[inline(always)]
+    fn transpose(_: Avx2Token, r: [Self; 8]) -> [Self; 8] {
+        // SAFETY: the token proves the features; registers only.
+        unsafe {
+            let a = transpose4([r[0].0, r[1].0, r[2].0, r[3].0]);
+            let b = transpose4([r[4].0, r[5].0, r[6].0, r[7].0]);
+            let c = transpose4([r[0].1, r[1].1, r[2].1, r[3].1]);
+            let d = transpose4([r[4].1, r[5].1, r[6].1, r[7].1]);
+            [
+                Self(a[0], b[0]),
+                Self(a[1], b[1]),
+                Self(a[2], b[2]),
+                Self(a[3], b[3]),
+                Self(c[0], d[0]),
+                Self(c[1], d[1]),
+                Self(c[2], d[2]),
+                Self(c[3], d[3]),
+            ]
+        }
     }
     #[inline(always)]
     fn reduce_sum(self) -> f64 {

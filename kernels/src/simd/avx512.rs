@@ -234,6 +234,40 @@ impl Lanes for Avx512Lanes {
         }
     }
     #[inline(always)]
+    fn transpose(_: Avx512Token, r: [Self; 8]) -> [Self; 8] {
+        // SAFETY: the token proves the features; registers only.
+        unsafe {
+            // pairs of rows: lanes 0 2 4 6 (low) and 1 3 5 7 (high) of both
+            let l0 = _mm512_unpacklo_pd(r[0].0, r[1].0);
+            let h0 = _mm512_unpackhi_pd(r[0].0, r[1].0);
+            let l1 = _mm512_unpacklo_pd(r[2].0, r[3].0);
+            let h1 = _mm512_unpackhi_pd(r[2].0, r[3].0);
+            let l2 = _mm512_unpacklo_pd(r[4].0, r[5].0);
+            let h2 = _mm512_unpackhi_pd(r[4].0, r[5].0);
+            let l3 = _mm512_unpacklo_pd(r[6].0, r[7].0);
+            let h3 = _mm512_unpackhi_pd(r[6].0, r[7].0);
+            // four rows: lanes 0 4, 2 6, 1 5, 3 7
+            let a0 = _mm512_shuffle_f64x2::<0x88>(l0, l1);
+            let a2 = _mm512_shuffle_f64x2::<0xdd>(l0, l1);
+            let a1 = _mm512_shuffle_f64x2::<0x88>(h0, h1);
+            let a3 = _mm512_shuffle_f64x2::<0xdd>(h0, h1);
+            let b0 = _mm512_shuffle_f64x2::<0x88>(l2, l3);
+            let b2 = _mm512_shuffle_f64x2::<0xdd>(l2, l3);
+            let b1 = _mm512_shuffle_f64x2::<0x88>(h2, h3);
+            let b3 = _mm512_shuffle_f64x2::<0xdd>(h2, h3);
+            [
+                Self(_mm512_shuffle_f64x2::<0x88>(a0, b0)),
+                Self(_mm512_shuffle_f64x2::<0x88>(a1, b1)),
+                Self(_mm512_shuffle_f64x2::<0x88>(a2, b2)),
+                Self(_mm512_shuffle_f64x2::<0x88>(a3, b3)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a0, b0)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a1, b1)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a2, b2)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a3, b3)),
+            ]
+        }
+    }
+    #[inline(always)]
     fn reduce_sum(self) -> f64 {
         // SAFETY: lanes exist only with a token; registers only.
         unsafe {

@@ -155,6 +155,24 @@ pub trait Lanes:
     /// For positive normal values: (m, e) with self = m·2^e, 1 ≤ m < 2, both as f64.
     fn split_exponent(self) -> (Self, Self);
 
+    /// Rows to columns: lane j of row i to lane i of row j.
+    #[inline(always)]
+    fn transpose(token: Self::Token, rows: [Self; 8]) -> [Self; 8] {
+        let mut from = [[0.0; 8]; 8];
+        for i in 0..8 {
+            rows[i].store(&mut from[i]);
+        }
+        let mut out = rows;
+        for j in 0..8 {
+            let mut column = [0.0; 8];
+            for i in 0..8 {
+                column[i] = from[i][j];
+            }
+            out[j] = Self::load(token, &column);
+        }
+        out
+    }
+
     /// The sum of all lanes, always as ((0+4)+(2+6)) + ((1+5)+(3+7)).
     #[inline(always)]
     fn reduce_sum(self) -> f64 {

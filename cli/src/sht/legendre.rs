@@ -1,0 +1,407 @@
+//! The Legendre stage of eight orders: a_lm ↔ tiles of F_m on the rings of the map.
+//!
+//! Where the plan has equidistant rings, the stage runs on these and the resampling is its other half, while the values
+//! are in cache. Else the rings are those of the map. Of a batch only blocks within the polar limit of its first order
+//! have tiles.
+
+use super::group::{Alm, Part, sound};
+use super::orders::Order;
+use super::workers::Scratch;
+use dust3d_kernels::fourier::Eight;
+use dust3d_kernels::sht::{
+    Coefficient, Layout, ORDERS, PhaseBlock, PhaseTile, RecurrenceState, RingBlock, Sums,
+    add_to_fine, adjoint, alm, grid_from_phases, phases_from_fine, phases_from_grid,
+    scalar_coefficients, scalar_from_sums, spin2_coefficients, spin2_from_sums, synthesis,
+    wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_synthesis,
+};
+use std::ops::Range;
+
+/// A run of blocks in the rows: where it starts there, its first block, its rings, and whether spin 2 is times sin²θ.
+struct Run<'a> {
+    at: usize,
+    first: usize,
+    rings: &'a [RingBlock],
+    divided: bool,
+}
+
+impl Part<'_> {
+    /// The polar and the other blocks of a channel.
+    fn runs(&self, channel: usize) -> [Run<'_>; 2] {
+        let (polar, main) = (self.polar.len(), self.main.len());
+        [
+            Run {
+                at: channel * polar,
+                first: 0,
+                rings: self.polar,
+                divided: false,
+            },
+            Run {
+                at: self.channels.count() * polar + channel * main,
+                first: polar,
+                rings: self.main,
+                divided: channel >= self.channels.scalars,
+            },
+        ]
+    }
+
+    /// Sets what the Legendre stage leaves out at order m to zero: rings beyond the polar limit.
+    fn clear(&self, m: usize, row: &mut [PhaseBlock]) {
+        for channel in 0..self.channels.count() {
+            for run in self.runs(channel) {
+                let idle = run.rings.partition_point(|r| r.m_limit < m);
+                row[run.at..run.at + idle].fill(PhaseBlock::default());
+            }
+        }
+    }
+
+    /// a_lm of eight orders → tiles (channel, active block).
+    pub(super) fn batch(
+        &self,
+        own: &mut Scratch,
+        batch: usize,
+        alms: &[&[Alm]],
+        tiles: &mut [PhaseTile],
+    ) {
+        let active = self.active(batch);
+        if active.is_empty() {
+            return;
+        }
+        let row = self.row();
+        let mut rows = std::mem::take(&mut own.rows);
+        rows.resize(ORDERS * row, PhaseBlock::default());
+        for (j, to) in rows.chunks_exact_mut(row).enumerate() {
+            let m = ORDERS * batch + j;
+            if m > self.lmax {
+                to.fill(PhaseBlock::default());
+            } else {
+                self.clear(m, to);
+                self.legendre(own, m, alms, to);
+            }
+        }
+        for (channel, tiles) in tiles.chunks_exact_mut(active.len()).enumerate() {
+            match self.equidistant {
+                Some(equidistant) => {
+                    let room = &mut own.resampling;
+                    equidistant.reserve(room);
+                    for run in self.runs(channel) {
+                        let end = run.first + run.rings.len();
+                        sound(grid_from_phases(
+                            self.level,
+                            &rows[run.at..],
+                            Layout {
+                                order: row,
+                                block: 1,
+                            },
+                            &equidistant.carriers[run.first..end],
+                            run.divided.then_some(run.rings),
+                            8 * run.first,
+                            &mut room.coarse,
+                        ));
+                    }
+                    sound(equidistant.resampling().refine(
+                        self.level,
+                        &mut room.coarse,
+                        &mut room.fine,
+                        &mut room.scratch,
+                    ));
+                    sound(phases_from_fine(
+                        self.level,
+                        &room.fine,
+                        &equidistant.taps[active.clone()],
+                        tiles.as_flattened_mut(),
+                    ));
+                }
+                None => {
+                    for (block, tile) in active.clone().zip(tiles) {
+                        let from = self.position(channel, block);
+                        for (to, row) in tile.iter_mut().zip(rows.chunks_exact(row)) {
+                            *to = row[from];
+                        }
+                    }
+                }
+            }
+        }
+        own.rows = rows;
+    }
+
+    /// Tiles (block, channel, batch) → a_lm of eight orders, added.
+    pub(super) fn batch_adjoint(
+        &self,
+        own: &mut Scratch,
+        batch: usize,
+        tiles: &[PhaseTile],
+        starts: &[usize],
+        alms: &mut [Vec<&mut [Alm]>],
+    ) {
+        let active = self.active(batch);
+        if active.is_empty() {
+            return;
+        }
+        let row = self.row();
+        let mut rows = std::mem::take(&mut own.rows);
+        rows.resize(ORDERS * row, PhaseBlock::default());
+        for channel in 0..self.channels.count() {
+            let tile = |block: usize| {
+                let start = starts[block - self.range.start];
+                &tiles[start + channel * self.batches(block) + batch]
+            };
+            match self.equidistant {
+                Some(equidistant) => {
+                    let room = &mut own.resampling;
+                    equidistant.reserve(room);
+                    room.fine.fill(Eight::default());
+                    for block in active.clone() {
+                        sound(add_to_fine(
+                            self.level,
+                            tile(block),
+                            &equidistant.taps[block],
+                            &mut room.fine,
+                        ));
+                    }
+                    sound(equidistant.resampling().coarsen(
+                        self.level,
+                        &mut room.fine,
+                        &mut room.coarse,
+                        &mut room.scratch,
+                    ));
+                    for run in self.runs(channel) {
+                        let end = run.first + run.rings.len();
+                        sound(phases_from_grid(
+                            self.level,
+                            &room.coarse,
+                            8 * run.first,
+                            &equidistant.carriers[run.first..end],
+                            run.divided.then_some(run.rings),
+                            &mut rows[run.at..],
+                            Layout {
+                                order: row,
+                                block: 1,
+                            },
+                        ));
+                    }
+                }
+                None => {
+                    for block in active.clone() {
+                        let to = self.position(channel, block);
+                        for (from, row) in tile(block).iter().zip(rows.chunks_exact_mut(row)) {
+                            row[to] = *from;
+                        }
+                    }
+                }
+            }
+        }
+        for ((j, row), alms) in rows.chunks_exact_mut(row).enumerate().zip(alms) {
+            self.legendre_adjoint(own, ORDERS * batch + j, row, alms);
+        }
+        own.rows = rows;
+    }
+
+    /// Steps in use at order m: spin 2 reaches lmax + 2.
+    fn steps(&self, m: usize) -> usize {
+        let top = if self.channels.pairs > 0 {
+            self.lmax + 2
+        } else {
+            self.lmax
+        };
+        (top - m) / 2 + 1
+    }
+
+    /// a_lm of order m → F_m on all rings of the part.
+    fn legendre(&self, own: &mut Scratch, m: usize, alms: &[&[Alm]], out: &mut [PhaseBlock]) {
+        let order = self.orders.get(m, &mut own.tables);
+        let Order { epsilon, steps, .. } = order;
+        let (scalars, count) = (self.channels.scalars, self.channels.count());
+        let (polar_out, main_out) = out.split_at_mut(count * self.polar.len());
+        let first = alm::index(self.lmax, m, m);
+        let of_order = |a: &'_ [Alm]| -> Range<usize> {
+            debug_assert_eq!(a.len(), alm::len(self.lmax));
+            first..first + self.lmax - m + 1
+        };
+        if self.main.last().is_some_and(|r| r.m_limit >= m) {
+            let n = self.steps(m);
+            own.coefficients.resize(n * count, [0.0; 4]);
+            for (c, a) in alms[..scalars].iter().enumerate() {
+                scalar_coefficients(
+                    &a[of_order(a)],
+                    epsilon,
+                    &steps[..n],
+                    count,
+                    c,
+                    &mut own.coefficients,
+                );
+            }
+            if let [e, b] = alms[scalars..] {
+                own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
+                spin2_coefficients(
+                    m,
+                    &e[of_order(e)],
+                    &b[of_order(b)],
+                    &self.orders.spin_factors,
+                    epsilon,
+                    &steps[..n],
+                    count,
+                    scalars,
+                    &mut own.coefficients,
+                    &mut own.mixing,
+                );
+            }
+            sound(synthesis(
+                self.level,
+                self.main,
+                m,
+                order.norm,
+                &steps[..n],
+                count,
+                &own.coefficients,
+                main_out,
+            ));
+        }
+        if self.polar.last().is_some_and(|r| r.m_limit >= m) {
+            let (scalar_out, pair_out) = polar_out.split_at_mut(scalars * self.polar.len());
+            if scalars > 0 {
+                let n = (self.lmax - m) / 2 + 1;
+                own.polar_coefficients.resize(n * scalars, [0.0; 4]);
+                for (c, a) in alms[..scalars].iter().enumerate() {
+                    scalar_coefficients(
+                        &a[of_order(a)],
+                        epsilon,
+                        &steps[..n],
+                        scalars,
+                        c,
+                        &mut own.polar_coefficients,
+                    );
+                }
+                sound(synthesis(
+                    self.level,
+                    self.polar,
+                    m,
+                    order.norm,
+                    &steps[..n],
+                    scalars,
+                    &own.polar_coefficients,
+                    scalar_out,
+                ));
+            }
+            if let [e, b] = alms[scalars..] {
+                own.wigner_coefficients.resize(order.wigner.len(), [0.0; 4]);
+                wigner_coefficients(
+                    m,
+                    &e[of_order(e)],
+                    &b[of_order(b)],
+                    order.wigner,
+                    &mut own.wigner_coefficients,
+                );
+                let (q, u) = pair_out.split_at_mut(self.polar.len());
+                sound(wigner_synthesis(
+                    self.level,
+                    self.polar,
+                    m,
+                    order.wigner_norm,
+                    order.wigner,
+                    &own.wigner_coefficients,
+                    q,
+                    u,
+                ));
+            }
+        }
+    }
+
+    /// F_m on all rings of the part (destroyed) → a_lm of order m, added.
+    fn legendre_adjoint(
+        &self,
+        own: &mut Scratch,
+        m: usize,
+        row: &mut [PhaseBlock],
+        alms: &mut [&mut [Alm]],
+    ) {
+        let order = self.orders.get(m, &mut own.tables);
+        let Order { epsilon, steps, .. } = order;
+        let (scalars, count) = (self.channels.scalars, self.channels.count());
+        let (polar_row, main_row) = row.split_at_mut(count * self.polar.len());
+        own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
+        let add_scalars = |sums: &[Coefficient],
+                           channels: usize,
+                           n: usize,
+                           alms: &mut [&mut [Alm]],
+                           mixing: &mut [Alm]| {
+            for (c, a) in alms[..scalars].iter_mut().enumerate() {
+                let mixing = &mut mixing[..a.len()];
+                scalar_from_sums(sums, epsilon, &steps[..n], channels, c, mixing);
+                for (a, x) in a.iter_mut().zip(mixing.iter()) {
+                    *a += x;
+                }
+            }
+        };
+        if self.main.last().is_some_and(|r| r.m_limit >= m) {
+            let n = self.steps(m);
+            own.coefficients.resize(n * count, [0.0; 4]);
+            own.states
+                .resize(self.main.len(), RecurrenceState::default());
+            sound(adjoint(
+                self.level,
+                self.main,
+                m,
+                order.norm,
+                &steps[..n],
+                count,
+                main_row,
+                &mut own.coefficients,
+                &mut own.states,
+            ));
+            add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
+            if let [e, b] = &mut alms[scalars..] {
+                spin2_from_sums(
+                    m,
+                    &own.coefficients,
+                    &self.orders.spin_factors,
+                    epsilon,
+                    &steps[..n],
+                    count,
+                    scalars,
+                    e,
+                    b,
+                    &mut own.mixing,
+                );
+            }
+        }
+        if self.polar.last().is_some_and(|r| r.m_limit >= m) {
+            let (scalar_row, pair_row) = polar_row.split_at_mut(scalars * self.polar.len());
+            if scalars > 0 {
+                let n = (self.lmax - m) / 2 + 1;
+                own.polar_coefficients.resize(n * scalars, [0.0; 4]);
+                own.states
+                    .resize(self.polar.len(), RecurrenceState::default());
+                sound(adjoint(
+                    self.level,
+                    self.polar,
+                    m,
+                    order.norm,
+                    &steps[..n],
+                    scalars,
+                    scalar_row,
+                    &mut own.polar_coefficients,
+                    &mut own.states,
+                ));
+                add_scalars(&own.polar_coefficients, scalars, n, alms, &mut own.mixing);
+            }
+            if let [e, b] = &mut alms[scalars..] {
+                let n = order.wigner.len();
+                own.wigner_coefficients.resize(n, [0.0; 4]);
+                own.sums.resize(n.max(own.sums.len()), Sums::default());
+                let (q, u) = pair_row.split_at(self.polar.len());
+                sound(wigner_adjoint(
+                    self.level,
+                    self.polar,
+                    m,
+                    order.wigner_norm,
+                    order.wigner,
+                    q,
+                    u,
+                    &mut own.wigner_coefficients,
+                    &mut own.sums,
+                ));
+                wigner_from_sums(m, &own.wigner_coefficients, order.wigner, e, b);
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The ring stage: F_m for all m ↔ the pixels of a block of rings.
+
+use super::group::{Alm, Part, sound};
+use super::workers::Scratch;
+use dust3d_kernels::sht::{PhaseTile, phases_from_spectrum, spectrum_from_phases};
+use num_complex::Complex;
+
+impl Part<'_> {
+    /// 1/sin²θ for what the Legendre stage left as Q sin²θ and U sin²θ, one for everything else.
+    fn scale(&self, channel: usize, block: usize) -> [f64; 8] {
+        let divided = self.equidistant.is_none() && block >= self.range.start + self.polar.len();
+        if divided && channel >= self.channels.scalars {
+            self.geometry.rings[block].inv_sin2
+        } else {
+            [1.0; 8]
+        }
+    }
+
+    fn fft(&self, own: &mut Scratch, block: usize) {
+        let mut rest = &mut own.spectra[..];
+        for &n in &self.geometry.shapes[block].pixels {
+            if n == 0 {
+                continue;
+            }
+            let (ring, after) = rest.split_at_mut(n);
+            let fft = &self.geometry.ffts[n / 4 - 1];
+            let need = fft.get_inplace_scratch_len();
+            if own.fft.len() < need {
+                own.fft.resize(need, Alm::default());
+            }
+            fft.process_with_scratch(ring, &mut own.fft[..need]);
+            rest = after;
+        }
+    }
+
+    /// Tiles (batch, channel, active block) of F_m → the pixels of one block of rings, one channel.
+    pub(super) fn rings(
+        &self,
+        own: &mut Scratch,
+        tiles: &[PhaseTile],
+        starts: &[usize],
+        (channel, block): (usize, usize),
+        north: &mut [f64],
+        south: &mut [f64],
+    ) {
+        let shapes = &self.geometry.shapes[block];
+        own.spectra.resize(shapes.len(), Alm::default());
+        own.places.clear();
+        for (batch, start) in starts.iter().enumerate().take(self.batches(block)) {
+            let active = self.active(batch);
+            own.places
+                .push(start + channel * active.len() + (block - active.start));
+        }
+        sound(spectrum_from_phases(
+            self.level,
+            tiles,
+            (&own.places, self.reach(block)),
+            &self.scale(channel, block),
+            self.geometry.phase_table(block),
+            shapes,
+            &mut own.spectra,
+        ));
+        self.fft(own, block);
+        // real and imaginary parts are exchanged: S + iN. Southern rings lie in the opposite order.
+        for (pixel, z) in north.iter_mut().zip(&own.spectra) {
+            *pixel = z.im;
+        }
+        let mut end = south.len();
+        let mut start = 0;
+        for &n in &shapes.pixels {
+            if n == 0 || end < n {
+                break;
+            }
+            for (pixel, z) in south[end - n..end].iter_mut().zip(&own.spectra[start..]) {
+                *pixel = z.re;
+            }
+            end -= n;
+            start += n;
+        }
+    }
+
+    /// The pixels of one block of rings, one channel → tiles of F_m for all m.
+    pub(super) fn rings_adjoint(
+        &self,
+        own: &mut Scratch,
+        (channel, block): (usize, usize),
+        weights: Option<&[[f64; 8]]>,
+        north: &[f64],
+        south: &[f64],
+        tiles: &mut [PhaseTile],
+    ) {
+        let shapes = &self.geometry.shapes[block];
+        own.spectra.resize(shapes.len(), Alm::default());
+        for (pixel, z) in north.iter().zip(own.spectra.iter_mut()) {
+            *z = Complex::new(*pixel, 0.0);
+        }
+        let mut end = south.len();
+        let mut start = 0;
+        for &n in &shapes.pixels {
+            if n == 0 || end < n {
+                break;
+            }
+            for (pixel, z) in south[end - n..end].iter().zip(&mut own.spectra[start..]) {
+                z.im = *pixel;
+            }
+            end -= n;
+            start += n;
+        }
+        self.fft(own, block);
+        let mut scale = self.scale(channel, block);
+        if let Some(weights) = weights {
+            for (s, w) in scale.iter_mut().zip(weights[block]) {
+                *s *= w;
+            }
+        }
+        sound(phases_from_spectrum(
+            self.level,
+            &own.spectra,
+            &scale,
+            self.geometry.phase_table(block),
+            shapes,
+            tiles,
+            self.reach(block),
+        ));
+    }
+}

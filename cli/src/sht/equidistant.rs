@@ -76,23 +76,35 @@ impl Equidistant {
 
     /// Makes room for one channel of eight orders.
     pub(super) fn reserve(&self, room: &mut ResamplingRoom) {
+        room.reserve(&self.coarse.fourier);
+        room.reserve(&self.fine.fourier);
         room.coarse
             .resize(self.coarse.fourier.len(), Eight::default());
-        room.fine
-            .resize(self.fine.fourier.len() + 2 * MARGIN, Eight::default());
-        let scratch = self
-            .coarse
-            .fourier
-            .scratch_len()
-            .max(self.fine.fourier.scratch_len());
-        room.scratch.resize(scratch, Eight::default());
+    }
+
+    /// Points of the fine grid with its margins.
+    pub(super) fn fine_len(&self) -> usize {
+        self.fine.fourier.len() + 2 * MARGIN
     }
 }
 
-/// Room of one worker for the resampling.
+/// Room of one worker for transforms across lanes.
 #[derive(Default)]
 pub(super) struct ResamplingRoom {
     pub(super) coarse: Vec<Eight>,
     pub(super) fine: Vec<Eight>,
     pub(super) scratch: Vec<Eight>,
+}
+
+impl ResamplingRoom {
+    /// Makes room for a transform in `fine`, with margins.
+    pub(super) fn reserve(&mut self, fourier: &Fourier) {
+        let (fine, scratch) = (fourier.len() + 2 * MARGIN, fourier.scratch_len());
+        if self.fine.len() < fine {
+            self.fine.resize(fine, Eight::default());
+        }
+        if self.scratch.len() < scratch {
+            self.scratch.resize(scratch, Eight::default());
+        }
+    }
 }

@@ -83,6 +83,7 @@ impl Part<'_> {
                 Some(equidistant) => {
                     let room = &mut own.resampling;
                     equidistant.reserve(room);
+                    let fine = &mut room.fine[..equidistant.fine_len()];
                     for run in self.runs(channel) {
                         let end = run.first + run.rings.len();
                         sound(grid_from_phases(
@@ -101,12 +102,12 @@ impl Part<'_> {
                     sound(equidistant.resampling().refine(
                         self.level,
                         &mut room.coarse,
-                        &mut room.fine,
+                        fine,
                         &mut room.scratch,
                     ));
                     sound(phases_from_fine(
                         self.level,
-                        &room.fine,
+                        fine,
                         &equidistant.taps[active.clone()],
                         tiles.as_flattened_mut(),
                     ));
@@ -149,18 +150,19 @@ impl Part<'_> {
                 Some(equidistant) => {
                     let room = &mut own.resampling;
                     equidistant.reserve(room);
-                    room.fine.fill(Eight::default());
+                    let fine = &mut room.fine[..equidistant.fine_len()];
+                    fine.fill(Eight::default());
                     for block in active.clone() {
                         sound(add_to_fine(
                             self.level,
                             tile(block),
                             &equidistant.taps[block],
-                            &mut room.fine,
+                            fine,
                         ));
                     }
                     sound(equidistant.resampling().coarsen(
                         self.level,
-                        &mut room.fine,
+                        fine,
                         &mut room.coarse,
                         &mut room.scratch,
                     ));

@@ -1,6 +1,6 @@
 //! The plan: everything that does not change from transform to transform.
 
-use super::equidistant::Equidistant;
+use super::equidistant::{Equidistant, Ready};
 use super::group::Channels;
 use super::orders::Orders;
 use super::workers::Scratch;
@@ -55,6 +55,8 @@ pub(super) struct Geometry {
     pub(super) phase_table_len: usize,
     /// Forward FFT of length 4 (i + 1) at index i.
     pub(super) ffts: Vec<Arc<dyn Fft<f64>>>,
+    /// Transform of eight rings of the belt at once, where their length allows.
+    belt: Option<Ready>,
 }
 
 impl Geometry {
@@ -104,7 +106,16 @@ impl Geometry {
             phase_tables: tables,
             phase_table_len: table_len,
             ffts,
+            belt: Ready::new(equator),
         })
+    }
+
+    /// The transform of a block of eight rings of the belt.
+    pub(super) fn belt(&self, block: usize) -> Option<&Ready> {
+        let pixels = &self.shapes[block].pixels;
+        self.belt
+            .as_ref()
+            .filter(|belt| pixels.iter().all(|&n| n == belt.fourier.len()))
     }
 
     /// The table e^{imφ₀} of a block.

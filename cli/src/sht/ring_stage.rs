@@ -2,7 +2,10 @@
 
 use super::group::{Alm, Part, sound};
 use super::workers::Scratch;
-use dust3d_kernels::sht::{PhaseTile, phases_from_spectrum, spectrum_from_phases};
+use dust3d_kernels::sht::{
+    PhaseTile, belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum,
+    phases_from_spectrum, pixels_from_belt, spectrum_from_phases,
+};
 use num_complex::Complex;
 
 impl Part<'_> {
@@ -43,14 +46,34 @@ impl Part<'_> {
         north: &mut [f64],
         south: &mut [f64],
     ) {
-        let shapes = &self.geometry.shapes[block];
-        own.spectra.resize(shapes.len(), Alm::default());
         own.places.clear();
         for (batch, start) in starts.iter().enumerate().take(self.batches(block)) {
             let active = self.active(batch);
             own.places
                 .push(start + channel * active.len() + (block - active.start));
         }
+        if let Some(belt) = self.geometry.belt(block) {
+            own.resampling.reserve(&belt.fourier);
+            let data = &mut own.resampling.fine[..belt.fourier.len()];
+            sound(belt_spectrum_from_phases(
+                self.level,
+                tiles,
+                (&own.places, self.reach(block)),
+                &self.scale(channel, block),
+                self.geometry.phase_table(block),
+                &belt.fourier,
+                data,
+            ));
+            let scratch = &mut own.resampling.scratch;
+            sound(
+                belt.fourier
+                    .backward(self.level, &belt.table, data, scratch),
+            );
+            sound(pixels_from_belt(self.level, data, north, south));
+            return;
+        }
+        let shapes = &self.geometry.shapes[block];
+        own.spectra.resize(shapes.len(), Alm::default());
         sound(spectrum_from_phases(
             self.level,
             tiles,
@@ -89,6 +112,29 @@ impl Part<'_> {
         south: &[f64],
         tiles: &mut [PhaseTile],
     ) {
+        let mut scale = self.scale(channel, block);
+        if let Some(weights) = weights {
+            for (s, w) in scale.iter_mut().zip(weights[block]) {
+                *s *= w;
+            }
+        }
+        if let Some(belt) = self.geometry.belt(block) {
+            own.resampling.reserve(&belt.fourier);
+            let data = &mut own.resampling.fine[..belt.fourier.len()];
+            sound(belt_from_pixels(self.level, north, south, data));
+            let scratch = &mut own.resampling.scratch;
+            sound(belt.fourier.forward(self.level, &belt.table, data, scratch));
+            sound(phases_from_belt_spectrum(
+                self.level,
+                data,
+                &belt.fourier,
+                &scale,
+                self.geometry.phase_table(block),
+                tiles,
+                self.reach(block),
+            ));
+            return;
+        }
         let shapes = &self.geometry.shapes[block];
         own.spectra.resize(shapes.len(), Alm::default());
         for (pixel, z) in north.iter().zip(own.spectra.iter_mut()) {
@@ -107,12 +153,6 @@ impl Part<'_> {
             start += n;
         }
         self.fft(own, block);
-        let mut scale = self.scale(channel, block);
-        if let Some(weights) = weights {
-            for (s, w) in scale.iter_mut().zip(weights[block]) {
-                *s *= w;
-            }
-        }
         sound(phases_from_spectrum(
             self.level,
             &own.spectra,

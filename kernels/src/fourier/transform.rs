@@ -160,6 +160,18 @@ impl Places {
         }
         place
     }
+
+    /// The place of the harmonic in hand; goes back to the one before.
+    #[inline(always)]
+    pub const fn step_back(&mut self) -> usize {
+        let place = self.row * self.columns + self.column;
+        if self.row == 0 {
+            self.row = self.rows;
+            self.column = self.column.wrapping_sub(1);
+        }
+        self.row -= 1;
+        place
+    }
 }
 
 /// Where the values of a short transform lie: first, step.

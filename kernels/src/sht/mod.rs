@@ -18,6 +18,7 @@
 //! | `mixing` | a_lm ↔ coefficients of the recurrence's basis; E, B ↔ two scalar-like sets |
 //! | `wigner` | spin 2 near the poles, by spin-weighted functions |
 //! | `resampling` | F_m on few equidistant rings → F_m on the rings of the map |
+//! | `belt` | F_m ↔ pixels of rings of equal length, eight at once |
 //! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
 //!
 //! # Cost
@@ -25,6 +26,7 @@
 //! with one recurrence (10 FMA) except near the poles (24 FMA).
 
 pub mod alm;
+mod belt;
 mod double;
 mod legendre;
 mod mixing;
@@ -35,6 +37,9 @@ mod rings;
 mod start;
 mod wigner;
 
+pub use belt::{
+    belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
+};
 pub use legendre::{Aligned, Coefficient, PhaseBlock, RecurrenceState, Sums, adjoint, synthesis};
 pub use mixing::{
     SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,

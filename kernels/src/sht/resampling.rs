@@ -50,11 +50,14 @@ const OVERSAMPLING: f64 = 1.7;
 /// cos θ and sin θ of eight ring pairs.
 pub type Carrier = Aligned<2>;
 
+/// Zeros on either side of a window's weights: windows of neighbouring rings are used together, shifted by up to as much.
+const SHIFT: usize = 4;
+
 /// The window on eight ring pairs.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct RingTaps {
-    weights: [[f64; TAPS]; 8],
+    weights: [[f64; TAPS + 2 * SHIFT]; 8],
     carrier: Carrier,
     /// First point of the northern window, counted from the start of the margin.
     first: [usize; 8],
@@ -63,7 +66,7 @@ pub struct RingTaps {
 impl Default for RingTaps {
     fn default() -> Self {
         Self {
-            weights: [[0.0; TAPS]; 8],
+            weights: [[0.0; TAPS + 2 * SHIFT]; 8],
             carrier: Carrier::default(),
             first: [0; 8],
         }
@@ -117,6 +120,7 @@ pub fn ring_taps(nside: u64, lmax: usize, fine: usize, out: &mut [RingTaps]) -> 
         for lane in 0..8 {
             let pair = 8 * b + lane as u64;
             if pair >= 2 * nside {
+                taps.first[lane] = taps.first[lane.saturating_sub(1)];
                 continue;
             }
             let half = half_angle(healpix_half_angle(nside, pair));
@@ -126,7 +130,8 @@ pub fn ring_taps(nside: u64, lmax: usize, fine: usize, out: &mut [RingTaps]) -> 
             let place = half.mul(two_over_pi).mul(Double::from(fine as f64));
             let first = scalar::floor(place.value()) - (MARGIN as f64 - 1.0);
             taps.first[lane] = (first + MARGIN as f64) as usize;
-            for (i, weight) in taps.weights[lane].iter_mut().enumerate() {
+            let weights = taps.weights[lane].iter_mut().skip(SHIFT).take(TAPS);
+            for (i, weight) in weights.enumerate() {
                 let u = ((place.hi - (first + i as f64)) + place.lo) / MARGIN as f64;
                 *weight = bessel(beta * scalar::sqrt((1.0 - u * u).max(0.0)), beta);
             }
@@ -546,7 +551,7 @@ fn interpolate_body<L: Lanes>(
             let south = fine.get(end.checked_sub(TAPS)?..end)?;
             let mut sums = [zero; 4];
             for i in 0..TAPS {
-                let w = L::splat(token, taps.weights[lane][i]);
+                let w = L::splat(token, taps.weights[lane][SHIFT + i]);
                 let (n, s) = (&north[i], &south[TAPS - 1 - i]);
                 sums[0] = L::load(token, &n[0]).mul_add(w, sums[0]);
                 sums[1] = L::load(token, &n[1]).mul_add(w, sums[1]);
@@ -587,28 +592,81 @@ fn spread_body<L: Lanes>(
     fine: &mut [Eight],
 ) -> Option<()> {
     let v = halves::<L>(token, phases, (0, 1), &taps.carrier, L::splat(token, 1.0))?;
-    let len = fine.len();
-    for lane in 0..8 {
-        let first = taps.first[lane];
-        let north = fine.get_mut(first..first + TAPS)?;
-        for i in 0..TAPS {
-            let w = L::splat(token, taps.weights[lane][i]);
-            for part in 0..2 {
-                let x = L::load(token, &north[i][part]);
-                v[part][lane].mul_add(w, x).store(&mut north[i][part]);
-            }
+    if !add_rings::<L, 4>(token, &v, taps, 0, fine)? {
+        for lane in 0..4 {
+            add_rings::<L, 1>(token, &v, taps, lane, fine)?;
         }
-        let end = len.checked_sub(first)? + 1;
-        let south = fine.get_mut(end.checked_sub(TAPS)?..end)?;
-        for i in 0..TAPS {
-            let w = L::splat(token, taps.weights[lane][TAPS - 1 - i]);
-            for part in 0..2 {
-                let x = L::load(token, &south[i][part]);
-                v[2 + part][lane].mul_add(w, x).store(&mut south[i][part]);
-            }
+    }
+    if !add_rings::<L, 4>(token, &v, taps, 4, fine)? {
+        for lane in 4..8 {
+            add_rings::<L, 1>(token, &v, taps, lane, fine)?;
         }
     }
     Some(())
+}
+
+/// Adds K neighbouring rings to the grid, from ring `lane` on; false if their windows are too far apart for that.
+///
+/// Their windows overlap but for a point or two: every point is loaded and stored once for all of them, which would
+/// otherwise be the bottleneck (two loads and stores for two FMA).
+#[inline(always)]
+fn add_rings<L: Lanes, const K: usize>(
+    token: L::Token,
+    values: &Values<L>,
+    taps: &RingTaps,
+    lane: usize,
+    fine: &mut [Eight],
+) -> Option<bool> {
+    let zero = L::splat(token, 0.0);
+    let mut own = [[zero; K]; 4];
+    let mut weights: [&[f64]; K] = [&[]; K];
+    let first = taps.first[lane & 7];
+    let mut reach = 0;
+    for k in 0..K {
+        let at = (lane + k) & 7;
+        let shift = taps.first[at].wrapping_sub(first);
+        if shift > SHIFT || shift < reach {
+            return Some(false);
+        }
+        reach = shift;
+        weights[k] = taps.weights[at].get(SHIFT - shift..)?;
+        for part in 0..4 {
+            own[part][k] = values[part][at];
+        }
+    }
+    let count = TAPS + reach;
+    let mut cut = weights;
+    for k in 0..K {
+        cut[k] = weights[k].get(..count)?;
+    }
+    let end = fine.len().checked_sub(first)? + 1;
+    // north, then the mirror image in the south
+    let north = fine.get_mut(first..first + count)?;
+    for i in 0..count {
+        let mut re = L::load(token, &north[i][0]);
+        let mut im = L::load(token, &north[i][1]);
+        for k in 0..K {
+            let w = L::splat(token, cut[k][i]);
+            re = own[0][k].mul_add(w, re);
+            im = own[1][k].mul_add(w, im);
+        }
+        re.store(&mut north[i][0]);
+        im.store(&mut north[i][1]);
+    }
+    let south = fine.get_mut(end.checked_sub(count)?..end)?;
+    for i in 0..count {
+        let to = &mut south[count - 1 - i];
+        let mut re = L::load(token, &to[0]);
+        let mut im = L::load(token, &to[1]);
+        for k in 0..K {
+            let w = L::splat(token, cut[k][i]);
+            re = own[2][k].mul_add(w, re);
+            im = own[3][k].mul_add(w, im);
+        }
+        re.store(&mut to[0]);
+        im.store(&mut to[1]);
+    }
+    Some(true)
 }
 
 /// The transpose of [`phases_from_fine`] for one block of rings, added to `fine`.

@@ -153,9 +153,11 @@ impl Part<'_> {
                     let fine = &mut room.fine[..equidistant.fine_len()];
                     fine.fill(Eight::default());
                     for block in active.clone() {
+                        let next = (block + 1).min(active.end - 1);
                         sound(add_to_fine(
                             self.level,
                             tile(block),
+                            tile(next),
                             &equidistant.taps[block],
                             fine,
                         ));
@@ -210,7 +212,7 @@ impl Part<'_> {
 
     /// a_lm of order m → F_m on all rings of the part.
     fn legendre(&self, own: &mut Scratch, m: usize, alms: &[&[Alm]], out: &mut [PhaseBlock]) {
-        let order = self.orders.get(m, &mut own.tables);
+        let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
         let (polar_out, main_out) = out.split_at_mut(count * self.polar.len());
@@ -316,7 +318,7 @@ impl Part<'_> {
         row: &mut [PhaseBlock],
         alms: &mut [&mut [Alm]],
     ) {
-        let order = self.orders.get(m, &mut own.tables);
+        let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
         let (polar_row, main_row) = row.split_at_mut(count * self.polar.len());

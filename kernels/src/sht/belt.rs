@@ -14,7 +14,7 @@
 //! ```
 
 use super::legendre::PhaseBlock;
-use super::resampling::ORDERS;
+use super::resampling::{ORDERS, prefetch_tile};
 use super::ring_spectrum::{PhaseTable, PhaseTile, phase};
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
@@ -43,6 +43,11 @@ fn spectrum_body<L: Lanes>(
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
     for m in 0..orders {
+        if m.is_multiple_of(ORDERS)
+            && let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k))
+        {
+            prefetch_tile::<L>(token, next);
+        }
         let (c, s) = phase::<L>(token, m, table, scale)?;
         let block = tiles.get(*places.get(m / ORDERS)?)?.get(m % ORDERS)?;
         let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));

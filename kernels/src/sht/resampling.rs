@@ -584,13 +584,25 @@ pub fn phases_from_fine(
     Ok(())
 }
 
+/// Asks for a tile that comes next: tiles of one batch lie far apart, where no hardware sees a pattern.
+#[inline(always)]
+pub(super) fn prefetch_tile<L: Lanes>(token: L::Token, tile: &[PhaseBlock]) {
+    for block in tile {
+        for part in &block.0 {
+            L::prefetch(token, part);
+        }
+    }
+}
+
 #[inline(always)]
 fn spread_body<L: Lanes>(
     token: L::Token,
     phases: &[PhaseBlock],
+    next: &[PhaseBlock],
     taps: &RingTaps,
     fine: &mut [Eight],
 ) -> Option<()> {
+    prefetch_tile::<L>(token, next);
     let v = halves::<L>(token, phases, (0, 1), &taps.carrier, L::splat(token, 1.0))?;
     if !add_rings::<L, 4>(token, &v, taps, 0, fine)? {
         for lane in 0..4 {
@@ -671,17 +683,20 @@ fn add_rings<L: Lanes, const K: usize>(
 
 /// The transpose of [`phases_from_fine`] for one block of rings, added to `fine`.
 ///
+/// `next`: phases soon to come, fetched from memory meanwhile (may be empty).
+///
 /// # Errors
 /// [`Error::Length`] unless `phases` holds [`ORDERS`] orders.
 pub fn add_to_fine(
     level: Level,
     phases: &[PhaseBlock],
+    next: &[PhaseBlock],
     taps: &RingTaps,
     fine: &mut [Eight],
 ) -> Result<(), Error> {
     Error::check_len("phases", ORDERS, phases.len())?;
     crate::dispatch!(level, |token: L| spread_body::<L>(
-        token, phases, taps, fine
+        token, phases, next, taps, fine
     ));
     Ok(())
 }

@@ -160,6 +160,9 @@ fn spectrum_body<L: Lanes>(
         let Some(tile) = places.get(first / BATCH).and_then(|&k| tiles.get(k)) else {
             return;
         };
+        if let Some(next) = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k)) {
+            super::resampling::prefetch_tile::<L>(token, next);
+        }
         // orders by rings → rings by orders
         let zero = L::splat(token, 0.0);
         let mut parts = [[zero; BATCH]; 4];

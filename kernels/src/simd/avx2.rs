@@ -323,6 +323,11 @@ impl Lanes for Avx2Lanes {
         (Self(m0, m1), Self(e0, e1))
     }
     #[inline(always)]
+    fn prefetch(_: Avx2Token, from: &[f64; 8]) {
+        // SAFETY: a prefetch reads nothing, and the address is that of a reference.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+    }
+    #[inline(always)]
     fn transpose(_: Avx2Token, r: [Self; 8]) -> [Self; 8] {
         // SAFETY: the token proves the features; registers only.
         unsafe {

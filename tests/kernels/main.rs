@@ -9,6 +9,7 @@ mod mbb_fit;
 mod pitch;
 mod planck;
 mod random;
+mod resampling;
 mod root;
 mod sht;
 mod simd;

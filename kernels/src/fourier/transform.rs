@@ -203,13 +203,13 @@ impl Fourier {
         })
     }
 
-    /// The least even length of at least `least` that [`new`](Self::new) takes.
+    /// The least even length of at least `least` with prime factors up to 7 only: the others are slow.
     #[must_use]
     pub fn good_length(least: usize) -> usize {
         let mut n = least.max(2).next_multiple_of(2);
         loop {
             let mut rest = n;
-            for p in [2, 3, 5, 7, 11, 13] {
+            for p in [2, 3, 5, 7] {
                 while rest.is_multiple_of(p) {
                     rest /= p;
                 }

@@ -63,37 +63,66 @@ pub(super) fn sound(result: Result<(), dust3d_kernels::Error>) {
     }
 }
 
+/// The rings of a Legendre stage.
+#[derive(Clone, Copy)]
+pub(super) struct Grid<'a> {
+    channels: Channels,
+    /// Blocks on which spin 2 uses the spin-weighted functions.
+    pub(super) polar: &'a [RingBlock],
+    /// The others.
+    pub(super) main: &'a [RingBlock],
+    /// Where these are not rings of the map.
+    pub(super) equidistant: Option<&'a Equidistant>,
+}
+
+impl Grid<'_> {
+    /// Length of the phases of one order.
+    pub(super) fn row(&self) -> usize {
+        self.channels.count() * (self.polar.len() + self.main.len())
+    }
+
+    /// Position of (channel, block) in the phases of one order: polar blocks of all channels, then the others.
+    pub(super) fn position(&self, channel: usize, b: usize) -> usize {
+        let (polar, main) = (self.polar.len(), self.main.len());
+        if b < polar {
+            channel * polar + b
+        } else {
+            self.channels.count() * polar + channel * main + (b - polar)
+        }
+    }
+}
+
 /// A part of the rings of the map, blocks `range`, and the rings of its Legendre stage.
 pub(super) struct Part<'a> {
     pub(super) channels: Channels,
     pub(super) level: Level,
     pub(super) lmax: usize,
     pub(super) range: Range<usize>,
-    /// Blocks of the Legendre stage on which spin 2 uses the spin-weighted functions.
-    pub(super) polar: &'a [RingBlock],
-    /// The others.
-    pub(super) main: &'a [RingBlock],
-    /// Where the blocks of the Legendre stage are not those of the map.
-    pub(super) equidistant: Option<&'a Equidistant>,
+    /// The rings of the part.
+    map: Grid<'a>,
+    /// The equidistant rings of the lower orders, if any.
+    lower: Option<Grid<'a>>,
     pub(super) geometry: &'a Geometry,
     pub(super) orders: &'a Orders,
 }
 
-impl Part<'_> {
-    /// Length of the phases of one order in the Legendre stage.
-    pub(super) fn row(&self) -> usize {
-        self.channels.count() * (self.polar.len() + self.main.len())
+impl<'a> Part<'a> {
+    /// The rings of the Legendre stage of a batch.
+    pub(super) fn grid(&self, batch: usize) -> Grid<'a> {
+        match self.lower {
+            Some(lower) if lower.equidistant.is_some_and(|e| batch < e.batches) => lower,
+            _ => self.map,
+        }
     }
 
-    /// Position of (channel, block) in the phases of one order: polar blocks of all channels, then the others.
-    pub(super) fn position(&self, channel: usize, block: usize) -> usize {
-        let (polar, main) = (self.polar.len(), self.main.len());
-        let b = block - self.range.start;
-        if b < polar {
-            channel * polar + b
-        } else {
-            self.channels.count() * polar + channel * main + (b - polar)
-        }
+    /// Does the Legendre stage leave Q and U of a block times sin²θ for the ring stage? Not where only some orders would.
+    pub(super) fn divided(&self, channel: usize, block: usize) -> bool {
+        self.lower.is_none() && self.is_divided(channel, block)
+    }
+
+    /// Are Q and U on a block of the map's rings times sin²θ as the recurrence gives them?
+    pub(super) fn is_divided(&self, channel: usize, block: usize) -> bool {
+        channel >= self.channels.scalars && block >= self.range.start + self.map.polar.len()
     }
 
     /// Batches of orders.
@@ -194,23 +223,29 @@ impl ShtPlan {
         range: Range<usize>,
     ) -> Part<'a> {
         // also without pairs: the adjoint sums in the same order in every group
-        let (polar, main) = match &geometry.equidistant {
-            Some(equidistant) => equidistant.rings.split_at(geometry.polar),
-            None => {
-                let polar_end = geometry.polar.clamp(range.start, range.end);
-                (
-                    &geometry.rings[range.start..polar_end],
-                    &geometry.rings[polar_end..range.end],
-                )
+        let grid = |rings: &'a [RingBlock], polar: usize, equidistant| {
+            let (polar, main) = rings.split_at(polar);
+            Grid {
+                channels,
+                polar,
+                main,
+                equidistant,
             }
         };
+        let polar_end = geometry.polar.clamp(range.start, range.end);
         Part {
             channels,
             level,
             lmax,
-            polar,
-            main,
-            equidistant: geometry.equidistant.as_ref(),
+            map: grid(
+                &geometry.rings[range.clone()],
+                polar_end - range.start,
+                None,
+            ),
+            lower: geometry
+                .equidistant
+                .as_ref()
+                .map(|e| grid(&e.rings, e.polar, Some(e))),
             range,
             geometry,
             orders,

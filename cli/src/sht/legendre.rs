@@ -4,7 +4,7 @@
 //! are in cache. Else the rings are those of the map. Of a batch only blocks within the polar limit of its first order
 //! have tiles.
 
-use super::group::{Alm, Part, sound};
+use super::group::{Alm, Grid, Part, sound};
 use super::orders::Order;
 use super::workers::Scratch;
 use dust3d_kernels::fourier::Eight;
@@ -26,30 +26,42 @@ struct Run<'a> {
 
 impl Part<'_> {
     /// The polar and the other blocks of a channel.
-    fn runs(&self, channel: usize) -> [Run<'_>; 2] {
-        let (polar, main) = (self.polar.len(), self.main.len());
+    fn runs<'b>(&self, grid: Grid<'b>, channel: usize) -> [Run<'b>; 2] {
+        let (polar, main) = (grid.polar.len(), grid.main.len());
         [
             Run {
                 at: channel * polar,
                 first: 0,
-                rings: self.polar,
+                rings: grid.polar,
                 divided: false,
             },
             Run {
                 at: self.channels.count() * polar + channel * main,
                 first: polar,
-                rings: self.main,
+                rings: grid.main,
                 divided: channel >= self.channels.scalars,
             },
         ]
     }
 
     /// Sets what the Legendre stage leaves out at order m to zero: rings beyond the polar limit.
-    fn clear(&self, m: usize, row: &mut [PhaseBlock]) {
+    fn clear(&self, grid: Grid<'_>, m: usize, row: &mut [PhaseBlock]) {
         for channel in 0..self.channels.count() {
-            for run in self.runs(channel) {
+            for run in self.runs(grid, channel) {
                 let idle = run.rings.partition_point(|r| r.m_limit < m);
                 row[run.at..run.at + idle].fill(PhaseBlock::default());
+            }
+        }
+    }
+
+    /// Divides Q and U by sin²θ where that is not left to the ring stage.
+    fn divide(&self, channel: usize, block: usize, tile: &mut PhaseTile) {
+        if self.is_divided(channel, block) && !self.divided(channel, block) {
+            let factors = &self.geometry.rings[block].inv_sin2;
+            for part in tile.iter_mut().flat_map(|order| order.iter_mut()) {
+                for (x, f) in part.iter_mut().zip(factors) {
+                    *x *= f;
+                }
             }
         }
     }
@@ -66,7 +78,8 @@ impl Part<'_> {
         if active.is_empty() {
             return;
         }
-        let row = self.row();
+        let grid = self.grid(batch);
+        let row = grid.row();
         let mut rows = std::mem::take(&mut own.rows);
         rows.resize(ORDERS * row, PhaseBlock::default());
         for (j, to) in rows.chunks_exact_mut(row).enumerate() {
@@ -74,17 +87,17 @@ impl Part<'_> {
             if m > self.lmax {
                 to.fill(PhaseBlock::default());
             } else {
-                self.clear(m, to);
-                self.legendre(own, m, alms, to);
+                self.clear(grid, m, to);
+                self.legendre(own, grid, m, alms, to);
             }
         }
         for (channel, tiles) in tiles.chunks_exact_mut(active.len()).enumerate() {
-            match self.equidistant {
+            match grid.equidistant {
                 Some(equidistant) => {
                     let room = &mut own.resampling;
                     equidistant.reserve(room);
                     let fine = &mut room.fine[..equidistant.fine_len()];
-                    for run in self.runs(channel) {
+                    for run in self.runs(grid, channel) {
                         let end = run.first + run.rings.len();
                         sound(grid_from_phases(
                             self.level,
@@ -114,10 +127,11 @@ impl Part<'_> {
                 }
                 None => {
                     for (block, tile) in active.clone().zip(tiles) {
-                        let from = self.position(channel, block);
+                        let from = grid.position(channel, block - self.range.start);
                         for (to, row) in tile.iter_mut().zip(rows.chunks_exact(row)) {
                             *to = row[from];
                         }
+                        self.divide(channel, block, tile);
                     }
                 }
             }
@@ -138,7 +152,8 @@ impl Part<'_> {
         if active.is_empty() {
             return;
         }
-        let row = self.row();
+        let grid = self.grid(batch);
+        let row = grid.row();
         let mut rows = std::mem::take(&mut own.rows);
         rows.resize(ORDERS * row, PhaseBlock::default());
         for channel in 0..self.channels.count() {
@@ -146,7 +161,7 @@ impl Part<'_> {
                 let start = starts[block - self.range.start];
                 &tiles[start + channel * self.batches(block) + batch]
             };
-            match self.equidistant {
+            match grid.equidistant {
                 Some(equidistant) => {
                     let room = &mut own.resampling;
                     equidistant.reserve(room);
@@ -168,7 +183,7 @@ impl Part<'_> {
                         &mut room.coarse,
                         &mut room.scratch,
                     ));
-                    for run in self.runs(channel) {
+                    for run in self.runs(grid, channel) {
                         let end = run.first + run.rings.len();
                         sound(phases_from_grid(
                             self.level,
@@ -186,8 +201,10 @@ impl Part<'_> {
                 }
                 None => {
                     for block in active.clone() {
-                        let to = self.position(channel, block);
-                        for (from, row) in tile(block).iter().zip(rows.chunks_exact_mut(row)) {
+                        let to = grid.position(channel, block - self.range.start);
+                        let mut tile = *tile(block);
+                        self.divide(channel, block, &mut tile);
+                        for (from, row) in tile.iter().zip(rows.chunks_exact_mut(row)) {
                             row[to] = *from;
                         }
                     }
@@ -195,7 +212,7 @@ impl Part<'_> {
             }
         }
         for ((j, row), alms) in rows.chunks_exact_mut(row).enumerate().zip(alms) {
-            self.legendre_adjoint(own, ORDERS * batch + j, row, alms);
+            self.legendre_adjoint(own, grid, ORDERS * batch + j, row, alms);
         }
         own.rows = rows;
     }
@@ -211,17 +228,24 @@ impl Part<'_> {
     }
 
     /// a_lm of order m → F_m on all rings of the part.
-    fn legendre(&self, own: &mut Scratch, m: usize, alms: &[&[Alm]], out: &mut [PhaseBlock]) {
+    fn legendre(
+        &self,
+        own: &mut Scratch,
+        grid: Grid<'_>,
+        m: usize,
+        alms: &[&[Alm]],
+        out: &mut [PhaseBlock],
+    ) {
         let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_out, main_out) = out.split_at_mut(count * self.polar.len());
+        let (polar_out, main_out) = out.split_at_mut(count * grid.polar.len());
         let first = alm::index(self.lmax, m, m);
         let of_order = |a: &'_ [Alm]| -> Range<usize> {
             debug_assert_eq!(a.len(), alm::len(self.lmax));
             first..first + self.lmax - m + 1
         };
-        if self.main.last().is_some_and(|r| r.m_limit >= m) {
+        if grid.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
             for (c, a) in alms[..scalars].iter().enumerate() {
@@ -251,7 +275,7 @@ impl Part<'_> {
             }
             sound(synthesis(
                 self.level,
-                self.main,
+                grid.main,
                 m,
                 order.norm,
                 &steps[..n],
@@ -260,8 +284,8 @@ impl Part<'_> {
                 main_out,
             ));
         }
-        if self.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_out, pair_out) = polar_out.split_at_mut(scalars * self.polar.len());
+        if grid.polar.last().is_some_and(|r| r.m_limit >= m) {
+            let (scalar_out, pair_out) = polar_out.split_at_mut(scalars * grid.polar.len());
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
@@ -277,7 +301,7 @@ impl Part<'_> {
                 }
                 sound(synthesis(
                     self.level,
-                    self.polar,
+                    grid.polar,
                     m,
                     order.norm,
                     &steps[..n],
@@ -295,10 +319,10 @@ impl Part<'_> {
                     order.wigner,
                     &mut own.wigner_coefficients,
                 );
-                let (q, u) = pair_out.split_at_mut(self.polar.len());
+                let (q, u) = pair_out.split_at_mut(grid.polar.len());
                 sound(wigner_synthesis(
                     self.level,
-                    self.polar,
+                    grid.polar,
                     m,
                     order.wigner_norm,
                     order.wigner,
@@ -314,6 +338,7 @@ impl Part<'_> {
     fn legendre_adjoint(
         &self,
         own: &mut Scratch,
+        grid: Grid<'_>,
         m: usize,
         row: &mut [PhaseBlock],
         alms: &mut [&mut [Alm]],
@@ -321,7 +346,7 @@ impl Part<'_> {
         let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_row, main_row) = row.split_at_mut(count * self.polar.len());
+        let (polar_row, main_row) = row.split_at_mut(count * grid.polar.len());
         own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
         let add_scalars = |sums: &[Coefficient],
                            channels: usize,
@@ -336,14 +361,14 @@ impl Part<'_> {
                 }
             }
         };
-        if self.main.last().is_some_and(|r| r.m_limit >= m) {
+        if grid.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
             own.states
-                .resize(self.main.len(), RecurrenceState::default());
+                .resize(grid.main.len(), RecurrenceState::default());
             sound(adjoint(
                 self.level,
-                self.main,
+                grid.main,
                 m,
                 order.norm,
                 &steps[..n],
@@ -368,16 +393,16 @@ impl Part<'_> {
                 );
             }
         }
-        if self.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_row, pair_row) = polar_row.split_at_mut(scalars * self.polar.len());
+        if grid.polar.last().is_some_and(|r| r.m_limit >= m) {
+            let (scalar_row, pair_row) = polar_row.split_at_mut(scalars * grid.polar.len());
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
                 own.states
-                    .resize(self.polar.len(), RecurrenceState::default());
+                    .resize(grid.polar.len(), RecurrenceState::default());
                 sound(adjoint(
                     self.level,
-                    self.polar,
+                    grid.polar,
                     m,
                     order.norm,
                     &steps[..n],
@@ -392,10 +417,10 @@ impl Part<'_> {
                 let n = order.wigner.len();
                 own.wigner_coefficients.resize(n, [0.0; 4]);
                 own.sums.resize(n.max(own.sums.len()), Sums::default());
-                let (q, u) = pair_row.split_at(self.polar.len());
+                let (q, u) = pair_row.split_at(grid.polar.len());
                 sound(wigner_adjoint(
                     self.level,
-                    self.polar,
+                    grid.polar,
                     m,
                     order.wigner_norm,
                     order.wigner,

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Below this sin²θ spin 2 runs on the spin-weighted functions instead of dividing by sin²θ. At colatitude 0.03 both
 /// have the same error (2e-14 at l = 4096); this is three times as far.
-const SPIN_POLE: f64 = 0.01;
+pub(super) const SPIN_POLE: f64 = 0.01;
 
 /// Bytes of phases held at once for three channels; larger transforms go through the rings in parts.
 const PHASE_BYTES: usize = 400 << 20;
@@ -44,9 +44,9 @@ pub(super) struct Geometry {
     pub(super) shapes: Vec<RingShapes>,
     /// Pixels of the northern and southern rings of each block.
     pub(super) pixels: Vec<(usize, usize)>,
-    /// Leading blocks of the Legendre stage on which spin 2 uses the spin-weighted functions.
+    /// Leading blocks on which spin 2 uses the spin-weighted functions.
     pub(super) polar: usize,
-    /// Rings of the Legendre stage where they are not those of the map.
+    /// Rings of the Legendre stage of the lower orders where they are not those of the map.
     pub(super) equidistant: Option<Equidistant>,
     /// Blocks per part.
     pub(super) part: usize,
@@ -90,10 +90,9 @@ impl Geometry {
             .map(|i| planner.plan_fft_forward(4 * i))
             .collect();
         let per_block = (lmax + 1) * 3 * size_of::<PhaseBlock>();
-        let equidistant = Equidistant::new(nside, lmax, count)?;
-        let legendre = equidistant.as_ref().map_or(&rings, |e| &e.rings);
+        let equidistant = Equidistant::new(nside, lmax, &rings)?;
         Ok(Self {
-            polar: legendre.partition_point(|r| r.sin2_min < SPIN_POLE),
+            polar: rings.partition_point(|r| r.sin2_min < SPIN_POLE),
             part: match equidistant {
                 // every ring comes from all equidistant ones
                 Some(_) => count,
@@ -144,11 +143,13 @@ impl ShtPlan {
     /// [`Error::Nside`] above 2^20.
     pub fn new(nside: Nside, lmax: usize, level: Level) -> Result<Self, Error> {
         let geometry = Geometry::new(nside.get(), lmax)?;
-        let legendre = match &geometry.equidistant {
-            Some(equidistant) => &equidistant.rings,
-            None => &geometry.rings,
-        };
-        let wigner_limit = legendre[..geometry.polar].last().map_or(0, |r| r.m_limit);
+        let limit = |rings: &[RingBlock]| rings.last().map_or(0, |r| r.m_limit);
+        let wigner_limit = limit(&geometry.rings[..geometry.polar]).max(
+            geometry
+                .equidistant
+                .as_ref()
+                .map_or(0, |e| limit(&e.rings[..e.polar])),
+        );
         Ok(Self {
             nside,
             lmax,

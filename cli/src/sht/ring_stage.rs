@@ -11,8 +11,7 @@ use num_complex::Complex;
 impl Part<'_> {
     /// 1/sin²θ for what the Legendre stage left as Q sin²θ and U sin²θ, one for everything else.
     fn scale(&self, channel: usize, block: usize) -> [f64; 8] {
-        let divided = self.equidistant.is_none() && block >= self.range.start + self.polar.len();
-        if divided && channel >= self.channels.scalars {
+        if self.divided(channel, block) {
             self.geometry.rings[block].inv_sin2
         } else {
             [1.0; 8]

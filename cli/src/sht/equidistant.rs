@@ -11,7 +11,7 @@ use dust3d_kernels::sht::{
 /// Do the orders of a batch from m on gain by equidistant rings, n of them and a fine grid of `fine` points?
 ///
 /// In cycles, measured with AVX-512: 3.6 for a step of the recurrence on a block with its sums, 4 k log₂ k for eight
-/// transforms of length k, 800 to interpolate one block of the map.
+/// transforms of length k, 600 to interpolate one block of the map (more than copying it takes).
 fn gains(
     lmax: usize,
     (n, fine): (usize, usize),
@@ -22,7 +22,7 @@ fn gains(
     let (many, few) = (active(map), active(rings));
     let saved = 36 * ORDERS * ((lmax - m) / 2) * many.saturating_sub(few) / 10;
     let transform = |k: usize| 4 * k * (k.ilog2() as usize + 1);
-    saved > transform(n) + transform(fine) + 800 * many
+    saved > transform(n) + transform(fine) + 600 * many
 }
 
 /// A transform across lanes with its table.

@@ -15,11 +15,13 @@
 //! | file | what |
 //! | --- | --- |
 //! | `butterfly` | transforms of 2, 3, 4, 5, 7, 8, 11, 13 values |
-//! | `transform` | lengths, tables, passes |
+//! | `short` | short transforms, pass by pass |
+//! | `transform` | lengths, tables, rows and columns |
 //!
 //! \[B90\] D. H. Bailey, J. Supercomputing 4, 23 (1990).
 
 mod butterfly;
+mod short;
 mod transform;
 
 pub use transform::{Eight, Fourier, Places};

@@ -14,8 +14,9 @@
 //! ```
 
 use super::legendre::PhaseBlock;
-use super::resampling::{ORDERS, prefetch_tile};
+use super::resampling::ORDERS;
 use super::ring_spectrum::{PhaseTable, PhaseTile, phase};
+use super::window::prefetch_tile;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::simd::{Lanes, Level};

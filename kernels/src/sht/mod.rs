@@ -17,7 +17,8 @@
 //! | `legendre` | the inner loops of spin 0 (and of spin 2 away from the poles) |
 //! | `mixing` | a_lm ↔ coefficients of the recurrence's basis; E, B ↔ two scalar-like sets |
 //! | `wigner` | spin 2 near the poles, by spin-weighted functions |
-//! | `resampling` | F_m on few equidistant rings → F_m on the rings of the map |
+//! | `resampling` | F_m on few equidistant rings → a fine grid |
+//! | `window` | fine grid → F_m on the rings of the map |
 //! | `belt` | F_m ↔ pixels of rings of equal length, eight at once |
 //! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
 //!
@@ -36,6 +37,7 @@ mod ring_spectrum;
 mod rings;
 mod start;
 mod wigner;
+mod window;
 
 pub use belt::{
     belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
@@ -47,18 +49,16 @@ pub use mixing::{
 };
 pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
 pub use resampling::{
-    Carrier, Layout, MARGIN, ORDERS, Resampling, RingTaps, TAPS, add_to_fine, equidistant_carriers,
-    grid_from_phases, phases_from_fine, phases_from_grid, resampling_factors, resampling_lengths,
-    ring_taps,
+    Carrier, Layout, ORDERS, Resampling, equidistant_carriers, grid_from_phases, phases_from_grid,
+    resampling_factors, resampling_lengths,
 };
 pub use ring_spectrum::{
     PhaseTable, PhaseTile, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
     spectrum_from_phases,
 };
-pub use rings::{
-    RingBlock, equidistant_ring_blocks, healpix_ring, ring_block_count, ring_blocks,
-};
+pub use rings::{RingBlock, equidistant_ring_blocks, healpix_ring, ring_block_count, ring_blocks};
 pub use wigner::{
     WignerStep, wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_norms,
     wigner_step_count, wigner_step_table, wigner_synthesis,
 };
+pub use window::{MARGIN, RingTaps, TAPS, add_to_fine, phases_from_fine, ring_taps};

@@ -161,7 +161,7 @@ fn spectrum_body<L: Lanes>(
             return;
         };
         if let Some(next) = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k)) {
-            super::resampling::prefetch_tile::<L>(token, next);
+            super::window::prefetch_tile::<L>(token, next);
         }
         // orders by rings → rings by orders
         let zero = L::splat(token, 0.0);

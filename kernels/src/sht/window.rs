@@ -83,7 +83,7 @@ pub fn ring_taps(nside: u64, lmax: usize, fine: usize, out: &mut [RingTaps]) -> 
     let beta = sharpness(lmax, fine);
     // 2/π, to turn half angles into periods
     let two_over_pi = Double {
-        hi: 0.636_619_772_367_581_4,
+        hi: core::f64::consts::FRAC_2_PI,
         lo: -3.935_735_335_036_497e-17,
     };
     for (b, taps) in (0u64..).zip(out.iter_mut()) {

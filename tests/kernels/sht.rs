@@ -289,7 +289,8 @@ fn adjoint_order_legendre() {
                 let run = |fill: f64| {
                     let mut destroyed = f.clone();
                     let mut back = vec![[fill; 4]; count];
-                    let mut scratch = vec![Aligned([[fill; 8]; 3]); rings.len()];
+                    let mut scratch =
+                        vec![Aligned([[fill; 8]]); adjoint_scratch_len(order.steps.len(), channels)];
                     adjoint(
                         level,
                         &rings,

@@ -16,8 +16,8 @@ use super::orders::{Order, Orders};
 use super::plan::{Geometry, ShtPlan};
 use super::workers::{Scratch, share};
 use dust3d_kernels::sht::{
-    Coefficient, PhaseBlock, RecurrenceState, RingBlock, Sums, adjoint, alm, phases_from_spectrum,
-    scalar_coefficients, scalar_from_sums, spectrum_from_phases, spin2_coefficients,
+    Coefficient, Line, PhaseBlock, RingBlock, Sums, adjoint, adjoint_scratch_len, alm,
+    phases_from_spectrum, scalar_coefficients, scalar_from_sums, spectrum_from_phases, spin2_coefficients,
     spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients, wigner_from_sums,
     wigner_synthesis,
 };
@@ -232,8 +232,8 @@ impl Part<'_> {
         if self.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
-            own.states
-                .resize(self.main.len(), RecurrenceState::default());
+            let need = adjoint_scratch_len(n, count);
+            own.lines.resize(need.max(own.lines.len()), Line::default());
             sound(adjoint(
                 self.level,
                 self.main,
@@ -243,7 +243,7 @@ impl Part<'_> {
                 count,
                 main_row,
                 &mut own.coefficients,
-                &mut own.states,
+                &mut own.lines,
             ));
             add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
             if let [e, b] = &mut alms[scalars..] {
@@ -266,8 +266,8 @@ impl Part<'_> {
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                own.states
-                    .resize(self.polar.len(), RecurrenceState::default());
+                let need = adjoint_scratch_len(n, scalars);
+                own.lines.resize(need.max(own.lines.len()), Line::default());
                 sound(adjoint(
                     self.level,
                     self.polar,
@@ -277,7 +277,7 @@ impl Part<'_> {
                     scalars,
                     scalar_row,
                     &mut own.polar_coefficients,
-                    &mut own.states,
+                    &mut own.lines,
                 ));
                 add_scalars(&own.polar_coefficients, scalars, n, alms, &mut own.mixing);
             }

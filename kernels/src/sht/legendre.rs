@@ -61,7 +61,7 @@ pub type Sums = Aligned<4>;
 pub type PhaseBlock = Aligned<4>;
 
 /// Number of leading blocks to skip for order m: those nearer to the pole than the polar limit.
-fn first_active(rings: &[RingBlock], m: usize) -> usize {
+pub(super) fn first_active(rings: &[RingBlock], m: usize) -> usize {
     rings.partition_point(|r| r.m_limit < m)
 }
 
@@ -86,7 +86,7 @@ fn begin<L: Lanes, const V: usize>(
 
 /// One step: q_{n+1} = (a y + b) q_n − q_{n−1}.
 #[inline(always)]
-fn advance<L: Lanes, const V: usize, const COLUMN: usize>(
+pub(super) fn advance<L: Lanes, const V: usize, const COLUMN: usize>(
     token: L::Token,
     step: &Step,
     y: &[L; V],
@@ -221,10 +221,10 @@ fn synthesis_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize
     let (pairs, last) = steps.as_chunks::<2>();
     let (pairs_c, last_c) = coefficients.as_chunks::<2>();
     for (step, c) in pairs.iter().zip(pairs_c) {
-        gather::<L, V, C>(token, &c[0], &q, &mut sums);
         advance::<L, V, COLUMN>(token, &step[0], &y, &mut q, &mut before);
-        gather::<L, V, C>(token, &c[1], &q, &mut sums);
+        gather::<L, V, C>(token, &c[0], &before, &mut sums);
         advance::<L, V, COLUMN>(token, &step[1], &y, &mut q, &mut before);
+        gather::<L, V, C>(token, &c[1], &before, &mut sums);
     }
     if let ([_], [c]) = (last, last_c) {
         gather::<L, V, C>(token, c, &q, &mut sums);
@@ -374,278 +374,6 @@ pub fn synthesis(
                     steps,
                     coefficients,
                     out
-                ));
-            }
-        }};
-    }
-    match channels {
-        0 => {}
-        1 => enter!(1, 3, 1),
-        2 => enter!(2, 2, 1),
-        3 => enter!(3, 2, 1),
-        _ => {
-            return Err(Error::Domain {
-                what: "channels, at most 3",
-                value: channels as f64,
-            });
-        }
-    }
-    Ok(())
-}
-
-#[inline(always)]
-fn scatter<L: Lanes, const V: usize, const C: usize>(
-    token: L::Token,
-    q: &[L; V],
-    parts: &Accumulators<L, V, C>,
-    sums: &mut [Sums; C],
-) {
-    for c in 0..C {
-        for k in 0..4 {
-            let mut sum = L::load(token, &sums[c][k]);
-            for v in 0..V {
-                sum = q[v].mul_add(parts[v][c][k], sum);
-            }
-            sum.store(&mut sums[c][k]);
-        }
-    }
-}
-
-/// Where the recurrence stands on a block: q, its predecessor, scale.
-pub type RecurrenceState = Aligned<3>;
-
-/// Steps taken on all rings before the next: the sums of these steps stay in the first-level cache.
-const CHUNK: usize = 32;
-const _: () = assert!(
-    CHUNK.is_multiple_of(2 * CHECK),
-    "scales change at multiples of CHECK"
-);
-
-/// Takes V blocks through some steps, from and to the stored state.
-#[inline(always)]
-fn adjoint_group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
-    token: L::Token,
-    rings: &[RingBlock; V],
-    steps: &[Step],
-    (count, at): (usize, usize),
-    parts: &[PhaseBlock],
-    states: &mut [RecurrenceState; V],
-    sums: &mut [[Sums; C]],
-) {
-    let zero = L::splat(token, 0.0);
-    let mut y = [zero; V];
-    let (mut q, mut s, mut before) = ([zero; V], [zero; V], [zero; V]);
-    let mut part: Accumulators<L, V, C> = [[[zero; 4]; C]; V];
-    for v in 0..V {
-        y[v] = L::load(token, &rings[v].y);
-        q[v] = L::load(token, &states[v][0]);
-        before[v] = L::load(token, &states[v][1]);
-        s[v] = L::load(token, &states[v][2]);
-    }
-
-    let n = start_phase::<L, V, COLUMN>(token, steps, &y, &mut q, &mut before, &mut s);
-    let steps = steps.get(n..).unwrap_or(&[]);
-    let sums = sums.get_mut(n..).unwrap_or(&mut []);
-
-    if !steps.is_empty() {
-        for (c, channel) in parts.chunks_exact(count).take(C).enumerate() {
-            if let Some(from) = channel.get(at..at + V) {
-                for v in 0..V {
-                    for k in 0..4 {
-                        part[v][c][k] = L::load(token, &from[v][k]);
-                    }
-                }
-            }
-        }
-    }
-
-    let mut n = 0;
-    for (chunk, chunk_s) in steps.chunks(CHECK).zip(sums.chunks_mut(CHECK)) {
-        if all_started(token, &s) {
-            break;
-        }
-        for (step, sum) in chunk.iter().zip(chunk_s) {
-            let live = masked(token, &q, &s);
-            scatter::<L, V, C>(token, &live, &part, sum);
-            advance::<L, V, COLUMN>(token, step, &y, &mut q, &mut before);
-        }
-        for v in 0..V {
-            rescale::<L>(token, &mut q[v], &mut before[v], &mut s[v]);
-        }
-        n += chunk.len();
-    }
-    let steps = steps.get(n..).unwrap_or(&[]);
-    let sums = sums.get_mut(n..).unwrap_or(&mut []);
-
-    let (pairs, last) = steps.as_chunks::<2>();
-    let (pairs_s, last_s) = sums.as_chunks_mut::<2>();
-    for (step, sum) in pairs.iter().zip(pairs_s) {
-        scatter::<L, V, C>(token, &q, &part, &mut sum[0]);
-        advance::<L, V, COLUMN>(token, &step[0], &y, &mut q, &mut before);
-        scatter::<L, V, C>(token, &q, &part, &mut sum[1]);
-        advance::<L, V, COLUMN>(token, &step[1], &y, &mut q, &mut before);
-    }
-    if let ([_], [sum]) = (last, last_s) {
-        scatter::<L, V, C>(token, &q, &part, sum);
-    }
-    for v in 0..V {
-        q[v].store(&mut states[v][0]);
-        before[v].store(&mut states[v][1]);
-        s[v].store(&mut states[v][2]);
-    }
-}
-
-/// North, south → even, odd · cos θ in place: the transpose of the end of [`synthesis_group`]; and the recurrence's
-/// start on every block.
-#[inline(always)]
-fn adjoint_begin<L: Lanes>(
-    token: L::Token,
-    rings: &[RingBlock],
-    m: usize,
-    norm: f64,
-    phases: &mut [PhaseBlock],
-    states: &mut [RecurrenceState],
-) {
-    let first = first_active(rings, m);
-    for channel in phases.chunks_exact_mut(rings.len()) {
-        for (block, ring) in channel.iter_mut().zip(rings).skip(first) {
-            let cos = L::load(token, &ring.cos);
-            for part in 0..2 {
-                let north = L::load(token, &block[part]);
-                let south = L::load(token, &block[part + 2]);
-                (north + south).store(&mut block[part]);
-                ((north - south) * cos).store(&mut block[part + 2]);
-            }
-        }
-    }
-    for (ring, state) in rings.iter().zip(states).skip(first) {
-        let start = power::<L>(token, norm, (m as f64, &ring.log_sin), (0.0, &ring.log_sin));
-        start.q.store(&mut state[0]);
-        L::splat(token, 0.0).store(&mut state[1]);
-        start.s.store(&mut state[2]);
-    }
-}
-
-#[inline(always)]
-fn adjoint_body<L: Lanes, const V: usize, const C: usize>(
-    token: L::Token,
-    rings: &[RingBlock],
-    m: usize,
-    norm: f64,
-    steps: &[Step],
-    phases: &mut [PhaseBlock],
-    coefficients: &mut [[Coefficient; C]],
-    states: &mut [RecurrenceState],
-) {
-    let count = rings.len();
-    adjoint_begin::<L>(token, rings, m, norm, phases, states);
-    let phases = &*phases;
-    let start = first_active(rings, m);
-    let mut sums = [[Aligned([[0.0; 8]; 4]); C]; CHUNK];
-    for (steps, coefficients) in steps.chunks(CHUNK).zip(coefficients.chunks_mut(CHUNK)) {
-        let sums = sums.get_mut(..steps.len()).unwrap_or(&mut []);
-        for sum in sums.iter_mut() {
-            *sum = [Aligned([[0.0; 8]; 4]); C];
-        }
-        let mut at = start;
-        while let (Some(rest), Some(states)) = (rings.get(at..), states.get_mut(at..))
-            && let Some(first) = rest.first()
-        {
-            let place = (count, at);
-            match (rest.first_chunk::<V>(), states.first_chunk_mut::<V>()) {
-                (Some(group), Some(states)) if group[V - 1].polar == first.polar => {
-                    if first.polar {
-                        adjoint_group::<L, V, C, 2>(
-                            token, group, steps, place, phases, states, sums,
-                        );
-                    } else {
-                        adjoint_group::<L, V, C, 1>(
-                            token, group, steps, place, phases, states, sums,
-                        );
-                    }
-                    at += V;
-                }
-                _ => {
-                    let Some(states) = states.first_chunk_mut::<1>() else {
-                        return;
-                    };
-                    let group = core::array::from_ref(first);
-                    if first.polar {
-                        adjoint_group::<L, 1, C, 2>(
-                            token, group, steps, place, phases, states, sums,
-                        );
-                    } else {
-                        adjoint_group::<L, 1, C, 1>(
-                            token, group, steps, place, phases, states, sums,
-                        );
-                    }
-                    at += 1;
-                }
-            }
-        }
-        for (coefficient, sum) in coefficients.iter_mut().zip(sums.iter()) {
-            for c in 0..C {
-                for k in 0..4 {
-                    coefficient[c][k] = L::load(token, &sum[c][k]).reduce_sum();
-                }
-            }
-        }
-    }
-}
-
-/// The transpose of [`synthesis`]: F_m on rings → coefficients.
-///
-/// `phases` as `out` there (blocks beyond the polar limit are not read; repeated rings at the end must be zero); they
-/// are destroyed. `coefficients` are written as laid out there; `scratch`: one entry per block, of no consequence.
-///
-/// # Errors
-/// [`Error::Length`] as in [`synthesis`], and unless `scratch` is as long as `rings`.
-pub fn adjoint(
-    level: Level,
-    rings: &[RingBlock],
-    m: usize,
-    norm: f64,
-    steps: &[Step],
-    channels: usize,
-    phases: &mut [PhaseBlock],
-    coefficients: &mut [Coefficient],
-    scratch: &mut [RecurrenceState],
-) -> Result<(), Error> {
-    let count = coefficients.len() / channels.max(1);
-    Error::check_len("coefficients", count * channels, coefficients.len())?;
-    Error::check_scratch("steps", count, steps.len())?;
-    Error::check_scratch("scratch", rings.len(), scratch.len())?;
-    Error::check_len("phases", channels * rings.len(), phases.len())?;
-    if rings.is_empty() {
-        coefficients.fill([0.0; 4]);
-        return Ok(());
-    }
-    let steps = steps.get(..count).unwrap_or(&[]);
-    let scratch = scratch.get_mut(..rings.len()).unwrap_or(&mut []);
-    macro_rules! enter {
-        ($channels:literal, $wide:literal, $narrow:literal) => {{
-            let coefficients = coefficients.as_chunks_mut::<$channels>().0;
-            if level.name() == "avx512" {
-                $crate::dispatch!(level, |token: L| adjoint_body::<L, $wide, $channels>(
-                    token,
-                    rings,
-                    m,
-                    norm,
-                    steps,
-                    phases,
-                    coefficients,
-                    scratch
-                ));
-            } else {
-                $crate::dispatch!(level, |token: L| adjoint_body::<L, $narrow, $channels>(
-                    token,
-                    rings,
-                    m,
-                    norm,
-                    steps,
-                    phases,
-                    coefficients,
-                    scratch
                 ));
             }
         }};

@@ -23,6 +23,7 @@
 //! Per pair of degrees and pair of rings: 2 FMA of recurrence and 4 per real-valued map; spin 2 counts as two maps
 //! with one recurrence (10 FMA) except near the poles (24 FMA).
 
+mod adjoint;
 pub mod alm;
 mod double;
 mod legendre;
@@ -33,7 +34,8 @@ mod rings;
 mod start;
 mod wigner;
 
-pub use legendre::{Aligned, Coefficient, PhaseBlock, RecurrenceState, Sums, adjoint, synthesis};
+pub use adjoint::{Line, adjoint, adjoint_scratch_len};
+pub use legendre::{Aligned, Coefficient, PhaseBlock, Sums, synthesis};
 pub use mixing::{
     SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
     spin2_from_sums,

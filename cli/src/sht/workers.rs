@@ -56,8 +56,8 @@ pub(super) struct Scratch {
     /// Scratch of the adjoint's kernel.
     pub(super) lines: Vec<Line>,
     pub(super) mixing: Vec<Complex<f64>>,
-    /// Phases of one order (adjoint only).
-    pub(super) row: Vec<PhaseBlock>,
+    /// Phases of a few orders (adjoint only).
+    pub(super) rows: Vec<PhaseBlock>,
     /// Spectra of one block of rings, and room for the FFT.
     pub(super) spectra: Vec<Complex<f64>>,
     pub(super) fft: Vec<Complex<f64>>,

@@ -21,17 +21,16 @@
 //! * *Panels* are as long as the first-level cache holds their cells; sums meet memory once per panel.
 //! * *Latency:* cells are independent of each other, and short enough for several to be under way at once.
 //! * *Lanes* are added up once per coefficient and order, four sums in one go.
-//! * *Many channels* (more than fit registers): the recurrence's values go to memory ([`super::panel`]) and the sums of
-//!   each channel are tiles of S steps.
 //! * The order of summation over rings is that of the rings, lane by lane, whatever the tiles and panels: all levels
 //!   with fused multiply-add give the same bits, as do batches.
 
 use super::legendre::{Aligned, Coefficient, PhaseBlock, advance, first_active};
 use super::recurrence::Step;
 use super::rings::RingBlock;
-use super::start::{CHECK, power, rescale};
+use super::start::{CHECK, rescale, sine_power};
 use crate::error::Error;
 use crate::simd::{Lanes, Level, Mask};
+use core::hint::black_box;
 
 /// A vector on its own cache line.
 pub type Line = Aligned<1>;
@@ -66,7 +65,7 @@ fn begin<L: Lanes, const C: usize, const N: usize>(
     phases: [Option<&PhaseBlock>; C],
     cell: &mut Cell<N>,
 ) {
-    let start = power::<L>(token, norm, (m as f64, &ring.log_sin), (0.0, &ring.log_sin));
+    let start = sine_power::<L>(token, norm, m as f64, &ring.log_sin);
     cell[Y][0] = ring.y;
     start.q.store(&mut cell[Q][0]);
     L::splat(token, 0.0).store(&mut cell[BEFORE][0]);
@@ -142,6 +141,9 @@ fn cell_tile<
     acc: &mut [[[L; 4]; C]; S],
 ) {
     let zero = L::splat(token, 0.0);
+    // With 3 × 2 × 4 sums in hand there are no registers left for the factors of the steps, which the compiler would keep (and
+    // write out and read back eight wide): it may not know that they are the same for all cells.
+    let steps = if S == 3 { black_box(steps) } else { steps };
     let y = [L::load(token, &cell[Y][0])];
     let mut q = [L::load(token, &cell[Q][0])];
     let mut before = [L::load(token, &cell[BEFORE][0])];
@@ -396,7 +398,7 @@ pub fn adjoint(
     match (channels, level.name() == "avx512") {
         (1, true) => enter!(4, 1, 9),
         (1, false) => enter!(1, 1, 9),
-        (2, true) => enter!(2, 2, 13),
+        (2, true) => enter!(3, 2, 13),
         (2, false) => enter!(1, 2, 13),
         (3, true) => enter!(2, 3, 17),
         (3, false) => enter!(1, 3, 17),

@@ -14,7 +14,8 @@
 //! | `double` | logarithms and products in twice the digits, for the tables |
 //! | `recurrence` | two-degree recurrence of \[I18\], its coefficients for one m |
 //! | `start` | first value s^m as mantissa and scale, however small |
-//! | `legendre` | the inner loops of spin 0 (and of spin 2 away from the poles) |
+//! | `legendre` | spin 0 (and spin 2 away from the poles): what both directions share |
+//! | `synthesis`, `adjoint` | their inner loops |
 //! | `mixing` | a_lm ↔ coefficients of the recurrence's basis; E, B ↔ two scalar-like sets |
 //! | `wigner` | spin 2 near the poles, by spin-weighted functions |
 //! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
@@ -32,10 +33,11 @@ mod recurrence;
 mod ring_spectrum;
 mod rings;
 mod start;
+mod synthesis;
 mod wigner;
 
 pub use adjoint::{Line, adjoint, adjoint_scratch_len};
-pub use legendre::{Aligned, Coefficient, PhaseBlock, Sums, synthesis};
+pub use legendre::{Aligned, Coefficient, PhaseBlock, Sums};
 pub use mixing::{
     SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
     spin2_from_sums,
@@ -46,6 +48,7 @@ pub use ring_spectrum::{
     spectrum_from_phases,
 };
 pub use rings::{RingBlock, healpix_ring, ring_block_count, ring_blocks};
+pub use synthesis::synthesis;
 pub use wigner::{
     WignerStep, wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_norms,
     wigner_step_count, wigner_step_table, wigner_synthesis,

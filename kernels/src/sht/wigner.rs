@@ -554,9 +554,11 @@ fn adjoint_body<L: Lanes, const V: usize>(
         }
     }
     for (coefficient, sum) in coefficients.iter_mut().zip(sums.iter()) {
+        let mut parts = [zero; 4];
         for k in 0..4 {
-            coefficient[k] = L::load(token, &sum[k]).reduce_sum();
+            parts[k] = L::load(token, &sum[k]);
         }
+        *coefficient = L::reduce_sums(parts);
     }
 }
 

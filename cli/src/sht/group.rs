@@ -17,9 +17,9 @@ use super::plan::{Geometry, ShtPlan};
 use super::workers::{Scratch, share};
 use dust3d_kernels::sht::{
     Coefficient, Line, PhaseBlock, RingBlock, Sums, adjoint, adjoint_scratch_len, alm,
-    phases_from_spectrum, scalar_coefficients, scalar_from_sums, spectrum_from_phases, spin2_coefficients,
-    spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients, wigner_from_sums,
-    wigner_synthesis,
+    phases_from_spectrum, scalar_coefficients, scalar_from_sums, spectrum_from_phases,
+    spin2_coefficients, spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients,
+    wigner_from_sums, wigner_synthesis,
 };
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;

@@ -8,8 +8,8 @@
 use super::plan::ShtPlan;
 use dust3d_kernels::Error;
 use dust3d_kernels::sht::{
-    Aligned, PhaseBlock, Line, adjoint, adjoint_scratch_len, epsilon_len, epsilon_table, scalar_coefficients,
-    scalar_from_sums, start_norms, step_count, step_table, synthesis,
+    Aligned, Line, PhaseBlock, adjoint, adjoint_scratch_len, epsilon_len, epsilon_table,
+    scalar_coefficients, scalar_from_sums, start_norms, step_count, step_table, synthesis,
 };
 use num_complex::Complex;
 

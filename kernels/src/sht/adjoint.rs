@@ -30,6 +30,7 @@ use super::rings::RingBlock;
 use super::start::{CHECK, rescale, sine_power};
 use crate::error::Error;
 use crate::simd::{Lanes, Level, Mask};
+use core::array;
 use core::hint::black_box;
 
 /// A vector on its own cache line.
@@ -178,48 +179,80 @@ struct Turn {
     last: bool,
 }
 
-/// One chunk of steps on the cells of a panel. `dead`: leading cells with nothing that counts; `partial`: leading
-/// cells with lanes that do not count (rings nearer to the equator start first). Both are updated.
+/// How many leading cells of a panel …
+struct Places {
+    /// … are nearer to the pole than 45°, with the recurrence in −sin²θ.
+    polar: usize,
+    /// … have nothing that counts (rings nearer to the equator start first).
+    dead: usize,
+    /// … have lanes that do not count.
+    partial: usize,
+}
+
+impl Places {
+    /// Looks at the scales of the cells that may have started since.
+    #[inline(always)]
+    fn update<L: Lanes, const N: usize>(&mut self, token: L::Token, cells: &[Cell<N>]) {
+        while let Some(last) = self.partial.checked_sub(1)
+            && cells.get(last).is_some_and(|c| started::<L, N>(token, c).1)
+        {
+            self.partial = last;
+        }
+        self.dead = self.dead.min(self.partial);
+        while let Some(last) = self.dead.checked_sub(1)
+            && cells.get(last).is_some_and(|c| started::<L, N>(token, c).0)
+        {
+            self.dead = last;
+        }
+    }
+}
+
+/// Steps of some cells without sums.
 #[inline(always)]
-fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize, const COLUMN: usize>(
+fn walk_all<L: Lanes, const N: usize, const COLUMN: usize>(
     token: L::Token,
     steps: &[Step; CHECK],
     cells: &mut [Cell<N>],
-    (dead, partial): (&mut usize, &mut usize),
-    turn: Turn,
-    sums: &mut [[Sum; C]],
-    coefficients: &mut [[Coefficient; C]],
 ) {
-    while let Some(last) = partial.checked_sub(1)
-        && cells.get(last).is_some_and(|c| started::<L, N>(token, c).1)
-    {
-        *partial = last;
-    }
-    *dead = (*dead).min(*partial);
-    while let Some(last) = dead.checked_sub(1)
-        && cells.get(last).is_some_and(|c| started::<L, N>(token, c).0)
-    {
-        *dead = last;
-    }
-    let Some((waiting, rest)) = cells.split_at_mut_checked(*dead) else {
-        return;
-    };
-    let (fours, single) = waiting.as_chunks_mut::<4>();
+    let (fours, single) = cells.as_chunks_mut::<4>();
     for four in fours {
         walk::<L, 4, N, COLUMN>(token, steps, four);
     }
     for cell in single {
-        walk::<L, 1, N, COLUMN>(token, steps, core::array::from_mut(cell));
+        walk::<L, 1, N, COLUMN>(token, steps, array::from_mut(cell));
     }
+}
+
+/// One chunk of steps on the cells of a panel.
+#[inline(always)]
+fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize>(
+    token: L::Token,
+    steps: &[Step; CHECK],
+    cells: &mut [Cell<N>],
+    places: &mut Places,
+    turn: Turn,
+    sums: &mut [[Sum; C]],
+    coefficients: &mut [[Coefficient; C]],
+) {
+    places.update::<L, N>(token, cells);
+    let Places {
+        polar,
+        dead,
+        partial,
+    } = *places;
+    let (waiting, rest) = cells.split_at_mut(dead.min(cells.len()));
+    let (pole, equator) = waiting.split_at_mut(polar.min(dead));
+    walk_all::<L, N, 2>(token, steps, pole);
+    walk_all::<L, N, 1>(token, steps, equator);
     if rest.is_empty() && !turn.last {
         if turn.first {
             sums.fill([[Line::default(); 4]; C]);
         }
         return;
     }
-    let Some((masked, plain)) = rest.split_at_mut_checked(*partial - *dead) else {
-        return;
-    };
+    let (masked, plain) = rest.split_at_mut((partial - dead).min(rest.len()));
+    let (masked_pole, masked_equator) = masked.split_at_mut(polar.clamp(dead, partial) - dead);
+    let (pole, equator) = plain.split_at_mut(polar.saturating_sub(partial).min(plain.len()));
     let zero = L::splat(token, 0.0);
     for ((steps, sums), coefficients) in steps
         .as_chunks::<S>()
@@ -238,11 +271,17 @@ fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize, const COLUMN:
                 }
             }
         }
-        for cell in masked.iter_mut() {
-            cell_tile::<L, S, C, N, COLUMN, true>(token, steps, cell, &mut acc);
+        for cell in masked_pole.iter_mut() {
+            cell_tile::<L, S, C, N, 2, true>(token, steps, cell, &mut acc);
         }
-        for cell in plain.iter_mut() {
-            cell_tile::<L, S, C, N, COLUMN, false>(token, steps, cell, &mut acc);
+        for cell in masked_equator.iter_mut() {
+            cell_tile::<L, S, C, N, 1, true>(token, steps, cell, &mut acc);
+        }
+        for cell in pole.iter_mut() {
+            cell_tile::<L, S, C, N, 2, false>(token, steps, cell, &mut acc);
+        }
+        for cell in equator.iter_mut() {
+            cell_tile::<L, S, C, N, 1, false>(token, steps, cell, &mut acc);
         }
         if turn.last {
             for i in 0..S {
@@ -262,22 +301,27 @@ fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize, const COLUMN:
             }
         }
     }
-    for cell in masked {
+    for cell in masked_pole.iter_mut().chain(masked_equator) {
         settle::<L, N>(token, cell);
     }
 }
 
 /// All steps on one panel.
 #[inline(always)]
-fn panel<L: Lanes, const S: usize, const C: usize, const N: usize, const COLUMN: usize>(
+fn panel<L: Lanes, const S: usize, const C: usize, const N: usize>(
     token: L::Token,
     steps: &[Step],
     cells: &mut [Cell<N>],
+    polar: usize,
     turn: Turn,
     sums: &mut [[Sum; C]],
     coefficients: &mut [[Coefficient; C]],
 ) {
-    let (mut dead, mut partial) = (cells.len(), cells.len());
+    let mut places = Places {
+        polar,
+        dead: cells.len(),
+        partial: cells.len(),
+    };
     for ((steps, sums), coefficients) in steps
         .chunks(CHECK)
         .zip(sums.chunks_mut(CHECK))
@@ -285,14 +329,16 @@ fn panel<L: Lanes, const S: usize, const C: usize, const N: usize, const COLUMN:
     {
         // the last chunk is filled up; what it gives beyond the coefficients is not kept
         let mut filled = [[0.0; 4]; CHECK];
-        let steps = steps.first_chunk().unwrap_or_else(|| {
-            for (to, from) in filled.iter_mut().zip(steps) {
-                *to = *from;
+        let steps = match steps.first_chunk() {
+            Some(steps) => steps,
+            None => {
+                for (to, from) in filled.iter_mut().zip(steps) {
+                    *to = *from;
+                }
+                &filled
             }
-            &filled
-        });
-        let places = (&mut dead, &mut partial);
-        chunk::<L, S, C, N, COLUMN>(token, steps, cells, places, turn, sums, coefficients);
+        };
+        chunk::<L, S, C, N>(token, steps, cells, &mut places, turn, sums, coefficients);
     }
 }
 
@@ -319,30 +365,27 @@ fn adjoint_body<L: Lanes, const S: usize, const C: usize, const N: usize>(
     let (cells, _) = cells.as_chunks_mut::<N>();
     let sums = sums.as_chunks_mut::<4>().0.as_chunks_mut::<C>().0;
     let coefficients = coefficients.as_chunks_mut::<C>().0;
+    // equal panels
+    let panels = (count - at).div_ceil(cells.len().max(1));
+    let size = (count - at).div_ceil(panels);
     let mut first = true;
     while let Some(rest) = rings.get(at..)
-        && let Some(ring) = rest.first()
+        && !rest.is_empty()
     {
-        // rings of one kind, in equal panels
-        let run = rest.partition_point(|r| r.polar == ring.polar);
-        let size = run.div_ceil(run.div_ceil(cells.len().max(1)));
-        let Some(cells) = cells.get_mut(..size) else {
-            return;
-        };
-        for (b, (ring, cell)) in rest.iter().zip(cells.iter_mut()).enumerate() {
+        let size = size.min(rest.len()).min(cells.len());
+        let mut polar = 0;
+        for (b, (ring, cell)) in rest.iter().zip(cells.iter_mut()).take(size).enumerate() {
             let mut phase = [None; C];
             for c in 0..C {
                 phase[c] = phases.get(c * count + at + b);
             }
             begin::<L, C, N>(token, ring, m, norm, phase, cell);
+            polar += usize::from(ring.polar);
         }
         let last = at + size == count;
+        let (cells, _) = cells.split_at_mut(size);
         let turn = Turn { first, last };
-        if ring.polar {
-            panel::<L, S, C, N, 2>(token, steps, cells, turn, sums, coefficients);
-        } else {
-            panel::<L, S, C, N, 1>(token, steps, cells, turn, sums, coefficients);
-        }
+        panel::<L, S, C, N>(token, steps, cells, polar, turn, sums, coefficients);
         first = false;
         at += size;
     }

@@ -16,10 +16,10 @@ use super::orders::{Order, Orders};
 use super::plan::{Geometry, ShtPlan};
 use super::workers::{Scratch, share};
 use dust3d_kernels::sht::{
-    Coefficient, Line, PhaseBlock, RingBlock, Sums, adjoint, adjoint_scratch_len, alm,
+    Coefficient, Line, PhaseBlock, RingBlock, adjoint, adjoint_scratch_len, alm,
     phases_from_spectrum, scalar_coefficients, scalar_from_sums, spectrum_from_phases,
-    spin2_coefficients, spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients,
-    wigner_from_sums, wigner_synthesis,
+    spin2_coefficients, spin2_from_sums, synthesis, wigner_adjoint, wigner_adjoint_scratch_len,
+    wigner_coefficients, wigner_from_sums, wigner_synthesis,
 };
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;
@@ -290,7 +290,8 @@ impl Part<'_> {
             if let [e, b] = &mut alms[scalars..] {
                 let n = order.wigner.len();
                 own.wigner_coefficients.resize(n, [0.0; 4]);
-                own.sums.resize(n.max(own.sums.len()), Sums::default());
+                let need = wigner_adjoint_scratch_len(n);
+                own.lines.resize(need.max(own.lines.len()), Line::default());
                 let (q, u) = pair_row.split_at(self.polar.len());
                 sound(wigner_adjoint(
                     self.level,
@@ -301,7 +302,7 @@ impl Part<'_> {
                     q,
                     u,
                     &mut own.wigner_coefficients,
-                    &mut own.sums,
+                    &mut own.lines,
                 ));
                 wigner_from_sums(m, &own.wigner_coefficients, order.wigner, e, b);
             }

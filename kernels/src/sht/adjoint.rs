@@ -37,10 +37,10 @@ use core::hint::black_box;
 pub type Line = Aligned<1>;
 
 /// Sums of one step and channel: eight lanes of each part of a [`Coefficient`].
-type Sum = [Line; 4];
+pub(super) type Sum = [Line; 4];
 
 /// A block in hand, N = 4 + 4 C vectors: state of the recurrence, then the parts of the phases.
-type Cell<const N: usize> = [Line; N];
+pub(super) type Cell<const N: usize> = [Line; N];
 const Y: usize = 0;
 const Q: usize = 1;
 const BEFORE: usize = 2;
@@ -48,7 +48,7 @@ const SCALE: usize = 3;
 const PARTS: usize = 4;
 
 /// Room for the cells of a panel: 40 KiB.
-const PANEL_LINES: usize = 640;
+pub(super) const PANEL_LINES: usize = 640;
 
 /// Length of [`adjoint`]'s scratch: the cells of a panel, and the sums, for whole chunks of steps.
 #[must_use]
@@ -83,11 +83,19 @@ fn begin<L: Lanes, const C: usize, const N: usize>(
     }
 }
 
-/// Is any, are all lanes of a cell worth summing?
+/// Is any, are all lanes of a cell worth summing? Its scales are lines FROM to TO − 1.
 #[inline(always)]
-fn started<L: Lanes, const N: usize>(token: L::Token, cell: &Cell<N>) -> (bool, bool) {
-    let live = L::load(token, &cell[SCALE][0]).eq(L::splat(token, 0.0));
-    (live.any(), live.all())
+fn started<L: Lanes, const N: usize, const FROM: usize, const TO: usize>(
+    token: L::Token,
+    cell: &Cell<N>,
+) -> (bool, bool) {
+    let (mut some, mut all) = (false, true);
+    for line in FROM..TO {
+        let live = L::load(token, &cell[line][0]).eq(L::splat(token, 0.0));
+        some |= live.any();
+        all &= live.all();
+    }
+    (some, all)
 }
 
 /// Steps of V cells without sums.
@@ -172,35 +180,43 @@ fn cell_tile<
 
 /// What a panel does with the sums.
 #[derive(Clone, Copy)]
-struct Turn {
+pub(super) struct Turn {
     /// Nothing is there yet.
-    first: bool,
+    pub(super) first: bool,
     /// Nothing will be added.
-    last: bool,
+    pub(super) last: bool,
 }
 
 /// How many leading cells of a panel …
-struct Places {
+pub(super) struct Places {
     /// … are nearer to the pole than 45°, with the recurrence in −sin²θ.
-    polar: usize,
+    pub(super) polar: usize,
     /// … have nothing that counts (rings nearer to the equator start first).
-    dead: usize,
+    pub(super) dead: usize,
     /// … have lanes that do not count.
-    partial: usize,
+    pub(super) partial: usize,
 }
 
 impl Places {
     /// Looks at the scales of the cells that may have started since.
     #[inline(always)]
-    fn update<L: Lanes, const N: usize>(&mut self, token: L::Token, cells: &[Cell<N>]) {
+    pub(super) fn update<L: Lanes, const N: usize, const FROM: usize, const TO: usize>(
+        &mut self,
+        token: L::Token,
+        cells: &[Cell<N>],
+    ) {
         while let Some(last) = self.partial.checked_sub(1)
-            && cells.get(last).is_some_and(|c| started::<L, N>(token, c).1)
+            && cells
+                .get(last)
+                .is_some_and(|c| started::<L, N, FROM, TO>(token, c).1)
         {
             self.partial = last;
         }
         self.dead = self.dead.min(self.partial);
         while let Some(last) = self.dead.checked_sub(1)
-            && cells.get(last).is_some_and(|c| started::<L, N>(token, c).0)
+            && cells
+                .get(last)
+                .is_some_and(|c| started::<L, N, FROM, TO>(token, c).0)
         {
             self.dead = last;
         }
@@ -234,7 +250,7 @@ fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize>(
     sums: &mut [[Sum; C]],
     coefficients: &mut [[Coefficient; C]],
 ) {
-    places.update::<L, N>(token, cells);
+    places.update::<L, N, SCALE, PARTS>(token, cells);
     let Places {
         polar,
         dead,
@@ -306,6 +322,23 @@ fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize>(
     }
 }
 
+/// A chunk of steps, filled up with zeros if it is the last.
+#[inline(always)]
+pub(super) fn whole<'a>(
+    steps: &'a [[f64; 4]],
+    filled: &'a mut [[f64; 4]; CHECK],
+) -> &'a [[f64; 4]; CHECK] {
+    match steps.first_chunk() {
+        Some(steps) => steps,
+        None => {
+            for (to, from) in filled.iter_mut().zip(steps) {
+                *to = *from;
+            }
+            filled
+        }
+    }
+}
+
 /// All steps on one panel.
 #[inline(always)]
 fn panel<L: Lanes, const S: usize, const C: usize, const N: usize>(
@@ -329,15 +362,7 @@ fn panel<L: Lanes, const S: usize, const C: usize, const N: usize>(
     {
         // the last chunk is filled up; what it gives beyond the coefficients is not kept
         let mut filled = [[0.0; 4]; CHECK];
-        let steps = match steps.first_chunk() {
-            Some(steps) => steps,
-            None => {
-                for (to, from) in filled.iter_mut().zip(steps) {
-                    *to = *from;
-                }
-                &filled
-            }
-        };
+        let steps = whole(steps, &mut filled);
         chunk::<L, S, C, N>(token, steps, cells, &mut places, turn, sums, coefficients);
     }
 }

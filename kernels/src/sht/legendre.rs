@@ -56,8 +56,6 @@ impl<const N: usize> core::ops::DerefMut for Aligned<N> {
     }
 }
 
-/// Sums of one step and channel, eight lanes of each part of a [`Coefficient`].
-pub type Sums = Aligned<4>;
 /// F_m on eight ring pairs: north real, imaginary, south real, imaginary.
 pub type PhaseBlock = Aligned<4>;
 

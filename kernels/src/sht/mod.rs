@@ -18,6 +18,7 @@
 //! | `synthesis`, `adjoint` | their inner loops |
 //! | `mixing` | a_lm ↔ coefficients of the recurrence's basis; E, B ↔ two scalar-like sets |
 //! | `wigner` | spin 2 near the poles, by spin-weighted functions |
+//! | `wigner_adjoint` | its transpose |
 //! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
 //!
 //! # Cost
@@ -35,9 +36,10 @@ mod rings;
 mod start;
 mod synthesis;
 mod wigner;
+mod wigner_adjoint;
 
 pub use adjoint::{Line, adjoint, adjoint_scratch_len};
-pub use legendre::{Aligned, Coefficient, PhaseBlock, Sums};
+pub use legendre::{Aligned, Coefficient, PhaseBlock};
 pub use mixing::{
     SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
     spin2_from_sums,
@@ -50,6 +52,7 @@ pub use ring_spectrum::{
 pub use rings::{RingBlock, healpix_ring, ring_block_count, ring_blocks};
 pub use synthesis::synthesis;
 pub use wigner::{
-    WignerStep, wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_norms,
-    wigner_step_count, wigner_step_table, wigner_synthesis,
+    WignerStep, wigner_coefficients, wigner_from_sums, wigner_norms, wigner_step_count,
+    wigner_step_table, wigner_synthesis,
 };
+pub use wigner_adjoint::{wigner_adjoint, wigner_adjoint_scratch_len};

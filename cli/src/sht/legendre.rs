@@ -9,10 +9,11 @@ use super::orders::Order;
 use super::workers::Scratch;
 use dust3d_kernels::fourier::Eight;
 use dust3d_kernels::sht::{
-    Coefficient, Layout, ORDERS, PhaseBlock, PhaseTile, RecurrenceState, RingBlock, Sums,
-    add_to_fine, adjoint, alm, grid_from_phases, phases_from_fine, phases_from_grid,
+    Coefficient, Layout, Line, ORDERS, PhaseBlock, PhaseTile, RingBlock, add_to_fine, adjoint,
+    adjoint_scratch_len, alm, grid_from_phases, phases_from_fine, phases_from_grid,
     scalar_coefficients, scalar_from_sums, spin2_coefficients, spin2_from_sums, synthesis,
-    wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_synthesis,
+    wigner_adjoint, wigner_adjoint_scratch_len, wigner_coefficients, wigner_from_sums,
+    wigner_synthesis,
 };
 use std::ops::Range;
 
@@ -364,8 +365,8 @@ impl Part<'_> {
         if grid.main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
-            own.states
-                .resize(grid.main.len(), RecurrenceState::default());
+            let need = adjoint_scratch_len(n, count);
+            own.lines.resize(need.max(own.lines.len()), Line::default());
             sound(adjoint(
                 self.level,
                 grid.main,
@@ -375,7 +376,7 @@ impl Part<'_> {
                 count,
                 main_row,
                 &mut own.coefficients,
-                &mut own.states,
+                &mut own.lines,
             ));
             add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
             if let [e, b] = &mut alms[scalars..] {
@@ -398,8 +399,8 @@ impl Part<'_> {
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                own.states
-                    .resize(grid.polar.len(), RecurrenceState::default());
+                let need = adjoint_scratch_len(n, scalars);
+                own.lines.resize(need.max(own.lines.len()), Line::default());
                 sound(adjoint(
                     self.level,
                     grid.polar,
@@ -409,14 +410,15 @@ impl Part<'_> {
                     scalars,
                     scalar_row,
                     &mut own.polar_coefficients,
-                    &mut own.states,
+                    &mut own.lines,
                 ));
                 add_scalars(&own.polar_coefficients, scalars, n, alms, &mut own.mixing);
             }
             if let [e, b] = &mut alms[scalars..] {
                 let n = order.wigner.len();
                 own.wigner_coefficients.resize(n, [0.0; 4]);
-                own.sums.resize(n.max(own.sums.len()), Sums::default());
+                let need = wigner_adjoint_scratch_len(n);
+                own.lines.resize(need.max(own.lines.len()), Line::default());
                 let (q, u) = pair_row.split_at(grid.polar.len());
                 sound(wigner_adjoint(
                     self.level,
@@ -427,7 +429,7 @@ impl Part<'_> {
                     q,
                     u,
                     &mut own.wigner_coefficients,
-                    &mut own.sums,
+                    &mut own.lines,
                 ));
                 wigner_from_sums(m, &own.wigner_coefficients, order.wigner, e, b);
             }

@@ -352,6 +352,31 @@ impl Lanes for Avx2Lanes {
         // SAFETY: lanes exist only with a token; registers only.
         unsafe { sum4(_mm256_add_pd(self.0, self.1)) }
     }
+    #[inline(always)]
+    fn reduce_sums(of: [Self; 4]) -> [f64; 4] {
+        let mut out = [0.0; 4];
+        // SAFETY: lanes exist only with a token; the array is 32 writable bytes, and the store is unaligned.
+        unsafe {
+            let [a, b, c, d] = [
+                _mm256_add_pd(of[0].0, of[0].1),
+                _mm256_add_pd(of[1].0, of[1].1),
+                _mm256_add_pd(of[2].0, of[2].1),
+                _mm256_add_pd(of[3].0, of[3].1),
+            ];
+            // (0+2, 1+3) of a and c, of b and d
+            let ac = _mm256_add_pd(
+                _mm256_permute2f128_pd::<0x20>(a, c),
+                _mm256_permute2f128_pd::<0x31>(a, c),
+            );
+            let bd = _mm256_add_pd(
+                _mm256_permute2f128_pd::<0x20>(b, d),
+                _mm256_permute2f128_pd::<0x31>(b, d),
+            );
+            let sums = _mm256_add_pd(_mm256_unpacklo_pd(ac, bd), _mm256_unpackhi_pd(ac, bd));
+            _mm256_storeu_pd(out.as_mut_ptr(), sums);
+        }
+        out
+    }
 }
 
 impl BitAnd for Avx2Mask {

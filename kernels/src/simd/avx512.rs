@@ -283,6 +283,32 @@ impl Lanes for Avx512Lanes {
             super::avx2::sum4(half)
         }
     }
+    #[inline(always)]
+    fn reduce_sums(of: [Self; 4]) -> [f64; 4] {
+        let mut out = [0.0; 4];
+        // SAFETY: lanes exist only with a token; the array is 32 writable bytes, and the store is unaligned.
+        unsafe {
+            let [a, b, c, d] = [of[0].0, of[1].0, of[2].0, of[3].0];
+            // lower and upper halves: 0+4 … 3+7 of a and b, of c and d
+            let ab = _mm512_add_pd(
+                _mm512_shuffle_f64x2::<0b01_00_01_00>(a, b),
+                _mm512_shuffle_f64x2::<0b11_10_11_10>(a, b),
+            );
+            let cd = _mm512_add_pd(
+                _mm512_shuffle_f64x2::<0b01_00_01_00>(c, d),
+                _mm512_shuffle_f64x2::<0b11_10_11_10>(c, d),
+            );
+            // two partial sums of each
+            let pairs = _mm512_add_pd(
+                _mm512_shuffle_f64x2::<0b10_00_10_00>(ab, cd),
+                _mm512_shuffle_f64x2::<0b11_01_11_01>(ab, cd),
+            );
+            let sums = _mm512_add_pd(pairs, _mm512_permute_pd::<0b0101_0101>(pairs));
+            let first = _mm512_maskz_compress_pd(0b0101_0101, sums);
+            _mm256_storeu_pd(out.as_mut_ptr(), _mm512_castpd512_pd256(first));
+        }
+        out
+    }
 }
 
 impl BitAnd for Avx512Mask {

@@ -182,6 +182,17 @@ pub trait Lanes:
         let a = self.to_array();
         ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
     }
+    /// [`reduce_sum`](Self::reduce_sum) of four vectors, with the same bits.
+    #[inline(always)]
+    fn reduce_sums(of: [Self; 4]) -> [f64; 4] {
+        let [a, b, c, d] = of;
+        [
+            a.reduce_sum(),
+            b.reduce_sum(),
+            c.reduce_sum(),
+            d.reduce_sum(),
+        ]
+    }
     /// The greatest lane; NaN lanes are passed over unless all are.
     #[inline(always)]
     fn reduce_max(self) -> f64 {

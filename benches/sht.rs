@@ -7,8 +7,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dust3d::kernels::Complex;
 use dust3d::kernels::healpix::Nside;
 use dust3d::kernels::sht::{
-    Coefficient, PhaseBlock, RecurrenceState, RingBlock, adjoint, epsilon_len, epsilon_table,
-    ring_block_count, ring_blocks, start_norms, step_count, step_table, synthesis,
+    Coefficient, Line, PhaseBlock, RingBlock, adjoint, adjoint_scratch_len, epsilon_len,
+    epsilon_table, ring_block_count, ring_blocks, start_norms, step_count, step_table, synthesis,
 };
 use dust3d::kernels::simd::Level;
 use dust3d::sht::ShtPlan;
@@ -30,7 +30,7 @@ fn legendre(criterion: &mut Criterion) {
     for channels in 1..=3 {
         let mut c: Vec<Coefficient> = vec![[1.0, 0.5, -1.0, 0.25]; channels * steps.len()];
         let mut phases = vec![PhaseBlock::default(); channels * rings.len()];
-        let mut scratch = vec![RecurrenceState::default(); rings.len()];
+        let mut scratch = vec![Line::default(); adjoint_scratch_len(steps.len(), channels)];
         group.throughput(Throughput::Elements(
             (channels * (lmax - m + 1) * 8 * rings.len()) as u64,
         ));

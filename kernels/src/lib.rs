@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | [`units`] | SI constants, intensity units and their conversion |
 //! | [`simd`] | eight f64 lanes on every machine, run-time choice of AVX2 or AVX-512, vector exp, ln, sin, cos |
+//! | [`fourier`] | Fourier transforms of eight sequences at once |
 //! | [`healpix`] | pixel numbers, angles, neighbours, rings, interpolation, discs |
 //! | [`planck`] | Planck function, modified blackbodies, bandpasses |
 //! | [`sht`] | spherical harmonic transforms, spin 0 and 2: the Legendre stage and ring phases |
@@ -80,6 +81,7 @@ extern crate std;
 pub mod error;
 pub mod field;
 pub mod fit;
+pub mod fourier;
 pub mod healpix;
 pub mod planck;
 pub mod random;

@@ -276,31 +276,41 @@ fn prop_round_trip_analysis() {
 /// Everything at once, one by one, with 1, 2 and 3 threads, on AVX2 and AVX-512, and again with a used plan: same bits.
 #[test]
 fn bits_equal_batches_threads_levels() {
-    let (nside, lmax) = (16, 45);
+    bits_equal(16, 45, (4, 3));
+}
+
+/// The same where the Legendre stage runs on equidistant rings.
+#[test]
+fn bits_equal_resampled_threads_levels() {
+    bits_equal(256, 401, (1, 1));
+}
+
+fn bits_equal(nside: u64, lmax: usize, (scalars, pairs): (usize, usize)) {
+    let total = scalars + 2 * pairs;
     let mut random = Random(9);
-    let t: Vec<_> = (0..4).map(|_| random.alm(lmax, 0)).collect();
-    let eb: Vec<_> = (0..3)
+    let t: Vec<_> = (0..scalars).map(|_| random.alm(lmax, 0)).collect();
+    let eb: Vec<_> = (0..pairs)
         .map(|_| [random.alm(lmax, 0), random.alm(lmax, 0)])
         .collect();
     let single = |level: Level| {
         let mut plan = ShtPlan::new(Nside::new(nside).unwrap(), lmax, level).unwrap();
-        let mut maps = vec![vec![0.0; plan.npix()]; 10];
-        let mut back = vec![vec![Alm::default(); plan.alm_len()]; 10];
+        let mut maps = vec![vec![0.0; plan.npix()]; total];
+        let mut back = vec![vec![Alm::default(); plan.alm_len()]; total];
         for (t, map) in t.iter().zip(&mut maps) {
             plan.synthesis(t, map).unwrap();
         }
-        for ([e, b], qu) in eb.iter().zip(maps[4..].as_chunks_mut::<2>().0) {
+        for ([e, b], qu) in eb.iter().zip(maps[scalars..].as_chunks_mut::<2>().0) {
             let [q, u] = qu;
             plan.synthesis_spin2(e, b, q, u).unwrap();
         }
-        for k in 0..4 {
+        for k in 0..scalars {
             plan.adjoint_synthesis(&maps[k], &mut back[k]).unwrap();
         }
-        for (qu, eb) in maps[4..]
+        for (qu, eb) in maps[scalars..]
             .as_chunks::<2>()
             .0
             .iter()
-            .zip(back[4..].as_chunks_mut::<2>().0)
+            .zip(back[scalars..].as_chunks_mut::<2>().0)
         {
             let [e, b] = eb;
             plan.adjoint_synthesis_spin2(&qu[0], &qu[1], e, b).unwrap();
@@ -313,13 +323,13 @@ fn bits_equal_batches_threads_levels() {
             .build()
             .unwrap();
         let mut plan = ShtPlan::new(Nside::new(nside).unwrap(), lmax, level).unwrap();
-        let mut maps = vec![vec![f64::NAN; plan.npix()]; 10];
-        let mut back = vec![vec![Complex::new(f64::NAN, 0.0); plan.alm_len()]; 10];
+        let mut maps = vec![vec![f64::NAN; plan.npix()]; total];
+        let mut back = vec![vec![Complex::new(f64::NAN, 0.0); plan.alm_len()]; total];
         pool.install(|| {
             for _ in 0..2 {
                 let alms: Vec<&[Alm]> = t.iter().map(|t| &t[..]).collect();
                 let pairs: Vec<[&[Alm]; 2]> = eb.iter().map(|[e, b]| [&e[..], &b[..]]).collect();
-                let (s, p) = maps.split_at_mut(4);
+                let (s, p) = maps.split_at_mut(scalars);
                 let mut s: Vec<&mut [f64]> = s.iter_mut().map(|m| &mut m[..]).collect();
                 let mut p: Vec<[&mut [f64]; 2]> = p
                     .as_chunks_mut::<2>()
@@ -328,14 +338,14 @@ fn bits_equal_batches_threads_levels() {
                     .map(|[q, u]| [&mut q[..], &mut u[..]])
                     .collect();
                 plan.synthesis_mixed(&alms, &pairs, &mut s, &mut p).unwrap();
-                let s: Vec<&[f64]> = maps[..4].iter().map(|m| &m[..]).collect();
-                let p: Vec<[&[f64]; 2]> = maps[4..]
+                let s: Vec<&[f64]> = maps[..scalars].iter().map(|m| &m[..]).collect();
+                let p: Vec<[&[f64]; 2]> = maps[scalars..]
                     .as_chunks::<2>()
                     .0
                     .iter()
                     .map(|[q, u]| [&q[..], &u[..]])
                     .collect();
-                let (a, c) = back.split_at_mut(4);
+                let (a, c) = back.split_at_mut(scalars);
                 let mut a: Vec<&mut [Alm]> = a.iter_mut().map(|m| &mut m[..]).collect();
                 let mut c: Vec<[&mut [Alm]; 2]> = c
                     .as_chunks_mut::<2>()
@@ -372,6 +382,77 @@ fn bits_equal_batches_threads_levels() {
         if let (Some(other), "avx512") = (Level::by_name("avx2"), name) {
             assert!(bits(&single(other)) == truth, "AVX2 and AVX-512");
         }
+    }
+}
+
+/// The Legendre stage on equidistant rings (lmax 401 and 500) against the rings of the map, which a higher lmax brings back.
+#[test]
+fn direct_degrees_resampling() {
+    let nside = 256;
+    let mut direct = plan(nside, 900);
+    for lmax in [401, 500] {
+        let mut random = Random(21);
+        let mut resampled = plan(nside, lmax);
+        let few: Vec<_> = (0..3).map(|k| random.alm(lmax, 2 * k.min(1))).collect();
+        let widen = |a: &[Alm]| {
+            let mut wide = vec![Alm::default(); direct.alm_len()];
+            for m in 0..=lmax {
+                for l in m..=lmax {
+                    wide[alm::index(900, l, m)] = a[alm::index(lmax, l, m)];
+                }
+            }
+            wide
+        };
+        let many: Vec<_> = few.iter().map(|a| widen(a)).collect();
+        let mut maps = vec![vec![0.0; direct.npix()]; 6];
+        let [i, q, u, i2, q2, u2] = &mut maps[..] else {
+            unreachable!()
+        };
+        resampled.synthesis(&few[0], i).unwrap();
+        resampled.synthesis_spin2(&few[1], &few[2], q, u).unwrap();
+        direct.synthesis(&many[0], i2).unwrap();
+        direct.synthesis_spin2(&many[1], &many[2], q2, u2).unwrap();
+        let difference = |a: &[f64], b: &[f64]| {
+            let d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            norm(&d) / norm(b)
+        };
+        for (a, b) in [(&*i, &*i2), (&*q, &*q2), (&*u, &*u2)] {
+            let error = difference(a, b);
+            assert!(error < 5e-14, "lmax {lmax}: {error}");
+        }
+        let mut back = vec![vec![Alm::default(); resampled.alm_len()]; 3];
+        let mut wide = vec![vec![Alm::default(); direct.alm_len()]; 3];
+        let x: Vec<_> = (0..3).map(|_| random.map(direct.npix())).collect();
+        let [a, e, b] = &mut back[..] else {
+            unreachable!()
+        };
+        resampled.adjoint_synthesis(&x[0], a).unwrap();
+        resampled
+            .adjoint_synthesis_spin2(&x[1], &x[2], e, b)
+            .unwrap();
+        let [a, e, b] = &mut wide[..] else {
+            unreachable!()
+        };
+        direct.adjoint_synthesis(&x[0], a).unwrap();
+        direct.adjoint_synthesis_spin2(&x[1], &x[2], e, b).unwrap();
+        for (narrow, wide) in back.iter().zip(&wide) {
+            let mut truth = vec![Alm::default(); narrow.len()];
+            for m in 0..=lmax {
+                for l in m..=lmax {
+                    truth[alm::index(lmax, l, m)] = wide[alm::index(900, l, m)];
+                }
+            }
+            let error = relative(lmax, narrow, &truth);
+            assert!(error < 5e-14, "lmax {lmax}, adjoint: {error}");
+        }
+        // the transpose to the last digits
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let scalar = product(&maps[0], &x[0]) - dot(lmax, &few[0], &back[0]);
+        assert!(scalar.abs() <= 1e-14 * norm(&maps[0]) * norm(&x[0]));
+        let pair = product(&maps[1], &x[1]) + product(&maps[2], &x[2])
+            - dot(lmax, &few[1], &back[1])
+            - dot(lmax, &few[2], &back[2]);
+        assert!(pair.abs() <= 1e-14 * norm(&maps[1]) * norm(&x[1]));
     }
 }
 

@@ -2,12 +2,14 @@
 
 mod column;
 mod field;
+mod fourier;
 mod healpix;
 mod math;
 mod mbb_fit;
 mod pitch;
 mod planck;
 mod random;
+mod resampling;
 mod root;
 mod sht;
 mod simd;

@@ -123,6 +123,36 @@ fn levels_agree_fused_and_sums() {
     }
 }
 
+/// Four sums at once have the bits of each alone.
+#[test]
+fn levels_agree_four_sums() {
+    #[inline(always)]
+    fn sums<L: Lanes>(token: L::Token, a: &[[f64; 8]; 4]) -> ([f64; 4], [f64; 4]) {
+        let [p, q, r, s] = a;
+        let of = [
+            L::load(token, p),
+            L::load(token, q),
+            L::load(token, r),
+            L::load(token, s),
+        ];
+        let [p, q, r, s] = of;
+        let single = [
+            p.reduce_sum(),
+            q.reduce_sum(),
+            r.reduce_sum(),
+            s.reduce_sum(),
+        ];
+        (L::reduce_sums(of), single)
+    }
+    let a: [[f64; 8]; 4] = core::array::from_fn(|k| {
+        core::array::from_fn(|i| (1.0 + (3 * k + i) as f64).sqrt() * 3f64.powi(k as i32 - 2))
+    });
+    for level in Level::available() {
+        let (four, single) = dispatch!(level, |token: L| sums::<L>(token, &a));
+        assert_eq!(four, single, "{level}");
+    }
+}
+
 #[test]
 fn short_slices_are_padded() {
     #[inline(always)]

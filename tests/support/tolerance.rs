@@ -116,3 +116,9 @@ tolerances! {
     WIGNER_3J: "wigner3j_into", "absolute, m = 0 and 2, l to 200", 1e-15, "rounding of the recurrence";
     WIGNER_3J_LARGE: "wigner3j_into", "Σ(2j+1)ff′ and f at j = 0 relative, l to 4096", 1e-14, "rounding of the recurrence over up to 8192 steps";
 }
+
+// Fourier transforms across lanes, direct sums.
+tolerances! {
+    FOURIER: "fourier::Fourier", "root mean square error over that of the result, n to 5000", 8e-16, "rounding of twiddles and butterflies, growing as the root of the number of passes";
+    RESAMPLING: "sht::Resampling", "root mean square error over that of the series, flat spectrum, lmax to 300", 6e-14, "aliasing of a window of 16 points; the highest harmonics grow twentyfold between the transforms";
+}

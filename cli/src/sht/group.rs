@@ -2,30 +2,27 @@
 //!
 //! ```text
 //! synthesis, for each part of the rings      adjoint
-//!   for each m (threads):                      for each block of rings (threads):
+//!   for each batch of orders (threads):        for each block of rings (threads):
 //!     a_lm → coefficients → F_m on all rings     maps → FFT → F_m for all m
-//!   for each block of rings (threads):         for each m (threads):
+//!   for each block of rings (threads):         for each batch of orders (threads):
 //!     F_m for all m → FFT → maps                 F_m on all rings → coefficients → add to a_lm
 //! ```
 //!
-//! Between the stages F_m lies in memory as (m, channel, block) for synthesis and (block, m, channel) for the adjoint,
-//! so that the first stage always writes what no other thread writes. The size of the parts depends on Nside and lmax
+//! Between the stages F_m lies in tiles of eight orders on eight ring pairs, (batch, channel, block) for synthesis and
+//! (block, channel, batch) for the adjoint, so that the first stage always writes what no other thread writes, and the
+//! second reads 2 kB at a time. Only tiles within the polar limit exist. The size of the parts depends on Nside and lmax
 //! alone, so the order of summation is the same for every batch and number of threads.
 
-use super::orders::{Order, Orders};
+use super::equidistant::Equidistant;
+use super::orders::Orders;
 use super::plan::{Geometry, ShtPlan};
-use super::workers::{Scratch, share};
-use dust3d_kernels::sht::{
-    Coefficient, PhaseBlock, RecurrenceState, RingBlock, Sums, adjoint, alm, phases_from_spectrum,
-    scalar_coefficients, scalar_from_sums, spectrum_from_phases, spin2_coefficients,
-    spin2_from_sums, synthesis, wigner_adjoint, wigner_coefficients, wigner_from_sums,
-    wigner_synthesis,
-};
+use super::workers::share;
+use dust3d_kernels::sht::{ORDERS, PhaseBlock, PhaseTile, RingBlock};
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;
 use std::ops::Range;
 
-type Alm = Complex<f64>;
+pub(super) type Alm = Complex<f64>;
 
 /// Scalar maps and spin-2 pairs of a group; scalars come first among the channels.
 #[derive(Clone, Copy, Debug)]
@@ -54,372 +51,127 @@ impl Channels {
         })
     }
 
-    const fn count(self) -> usize {
+    pub(super) const fn count(self) -> usize {
         self.scalars + 2 * self.pairs
     }
 }
 
 /// The kernels refuse only slices of wrong length, and these are cut to length here.
-fn sound(result: Result<(), dust3d_kernels::Error>) {
+pub(super) fn sound(result: Result<(), dust3d_kernels::Error>) {
     if let Err(error) = result {
         unreachable!("lengths of the transform's workspace: {error}");
     }
 }
 
-/// A part of the rings: blocks `range`, of which those before `split` run spin 2 on the spin-weighted functions.
-struct Part<'a> {
+/// The rings of a Legendre stage.
+#[derive(Clone, Copy)]
+pub(super) struct Grid<'a> {
     channels: Channels,
-    level: Level,
-    lmax: usize,
-    range: Range<usize>,
-    polar: &'a [RingBlock],
-    main: &'a [RingBlock],
-    geometry: &'a Geometry,
-    orders: &'a Orders,
+    /// Blocks on which spin 2 uses the spin-weighted functions.
+    pub(super) polar: &'a [RingBlock],
+    /// The others.
+    pub(super) main: &'a [RingBlock],
+    /// Where these are not rings of the map.
+    pub(super) equidistant: Option<&'a Equidistant>,
 }
 
-impl Part<'_> {
-    fn blocks(&self) -> usize {
-        self.range.len()
-    }
-
-    /// Length of the phases of one order in synthesis.
-    fn row(&self) -> usize {
-        self.channels.count() * self.blocks()
+impl Grid<'_> {
+    /// Length of the phases of one order.
+    pub(super) fn row(&self) -> usize {
+        self.channels.count() * (self.polar.len() + self.main.len())
     }
 
     /// Position of (channel, block) in the phases of one order: polar blocks of all channels, then the others.
-    fn position(&self, channel: usize, block: usize) -> usize {
+    pub(super) fn position(&self, channel: usize, b: usize) -> usize {
         let (polar, main) = (self.polar.len(), self.main.len());
-        let b = block - self.range.start;
         if b < polar {
             channel * polar + b
         } else {
             self.channels.count() * polar + channel * main + (b - polar)
         }
     }
+}
 
-    /// Steps in use at order m: spin 2 reaches lmax + 2.
-    fn steps(&self, m: usize) -> usize {
-        let top = if self.channels.pairs > 0 {
-            self.lmax + 2
-        } else {
-            self.lmax
-        };
-        (top - m) / 2 + 1
-    }
+/// A part of the rings of the map, blocks `range`, and the rings of its Legendre stage.
+pub(super) struct Part<'a> {
+    pub(super) channels: Channels,
+    pub(super) level: Level,
+    pub(super) lmax: usize,
+    pub(super) range: Range<usize>,
+    /// The rings of the part.
+    map: Grid<'a>,
+    /// The equidistant rings of the lower orders, if any.
+    lower: Option<Grid<'a>>,
+    pub(super) geometry: &'a Geometry,
+    pub(super) orders: &'a Orders,
+}
 
-    /// a_lm of order m → F_m on all rings of the part.
-    fn legendre(&self, own: &mut Scratch, m: usize, alms: &[&[Alm]], out: &mut [PhaseBlock]) {
-        let order = self.orders.get(m, &mut own.tables);
-        let Order { epsilon, steps, .. } = order;
-        let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_out, main_out) = out.split_at_mut(count * self.polar.len());
-        let first = alm::index(self.lmax, m, m);
-        let of_order = |a: &'_ [Alm]| -> Range<usize> {
-            debug_assert_eq!(a.len(), alm::len(self.lmax));
-            first..first + self.lmax - m + 1
-        };
-        if self.main.last().is_some_and(|r| r.m_limit >= m) {
-            let n = self.steps(m);
-            own.coefficients.resize(n * count, [0.0; 4]);
-            for (c, a) in alms[..scalars].iter().enumerate() {
-                scalar_coefficients(
-                    &a[of_order(a)],
-                    epsilon,
-                    &steps[..n],
-                    count,
-                    c,
-                    &mut own.coefficients,
-                );
-            }
-            if let [e, b] = alms[scalars..] {
-                own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
-                spin2_coefficients(
-                    m,
-                    &e[of_order(e)],
-                    &b[of_order(b)],
-                    &self.orders.spin_factors,
-                    epsilon,
-                    &steps[..n],
-                    count,
-                    scalars,
-                    &mut own.coefficients,
-                    &mut own.mixing,
-                );
-            }
-            sound(synthesis(
-                self.level,
-                self.main,
-                m,
-                order.norm,
-                &steps[..n],
-                count,
-                &own.coefficients,
-                main_out,
-            ));
-        }
-        if self.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_out, pair_out) = polar_out.split_at_mut(scalars * self.polar.len());
-            if scalars > 0 {
-                let n = (self.lmax - m) / 2 + 1;
-                own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                for (c, a) in alms[..scalars].iter().enumerate() {
-                    scalar_coefficients(
-                        &a[of_order(a)],
-                        epsilon,
-                        &steps[..n],
-                        scalars,
-                        c,
-                        &mut own.polar_coefficients,
-                    );
-                }
-                sound(synthesis(
-                    self.level,
-                    self.polar,
-                    m,
-                    order.norm,
-                    &steps[..n],
-                    scalars,
-                    &own.polar_coefficients,
-                    scalar_out,
-                ));
-            }
-            if let [e, b] = alms[scalars..] {
-                own.wigner_coefficients.resize(order.wigner.len(), [0.0; 4]);
-                wigner_coefficients(
-                    m,
-                    &e[of_order(e)],
-                    &b[of_order(b)],
-                    order.wigner,
-                    &mut own.wigner_coefficients,
-                );
-                let (q, u) = pair_out.split_at_mut(self.polar.len());
-                sound(wigner_synthesis(
-                    self.level,
-                    self.polar,
-                    m,
-                    order.wigner_norm,
-                    order.wigner,
-                    &own.wigner_coefficients,
-                    q,
-                    u,
-                ));
-            }
+impl<'a> Part<'a> {
+    /// The rings of the Legendre stage of a batch.
+    pub(super) fn grid(&self, batch: usize) -> Grid<'a> {
+        match self.lower {
+            Some(lower) if lower.equidistant.is_some_and(|e| batch < e.batches) => lower,
+            _ => self.map,
         }
     }
 
-    /// F_m on all rings of the part (`own.row`) → a_lm of order m, added.
-    fn legendre_adjoint(&self, own: &mut Scratch, m: usize, alms: &mut [&mut [Alm]]) {
-        let order = self.orders.get(m, &mut own.tables);
-        let Order { epsilon, steps, .. } = order;
-        let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_row, main_row) = own.row.split_at_mut(count * self.polar.len());
-        own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
-        let add_scalars = |sums: &[Coefficient],
-                           channels: usize,
-                           n: usize,
-                           alms: &mut [&mut [Alm]],
-                           mixing: &mut [Alm]| {
-            for (c, a) in alms[..scalars].iter_mut().enumerate() {
-                let mixing = &mut mixing[..a.len()];
-                scalar_from_sums(sums, epsilon, &steps[..n], channels, c, mixing);
-                for (a, x) in a.iter_mut().zip(mixing.iter()) {
-                    *a += x;
-                }
-            }
-        };
-        if self.main.last().is_some_and(|r| r.m_limit >= m) {
-            let n = self.steps(m);
-            own.coefficients.resize(n * count, [0.0; 4]);
-            own.states
-                .resize(self.main.len(), RecurrenceState::default());
-            sound(adjoint(
-                self.level,
-                self.main,
-                m,
-                order.norm,
-                &steps[..n],
-                count,
-                main_row,
-                &mut own.coefficients,
-                &mut own.states,
-            ));
-            add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
-            if let [e, b] = &mut alms[scalars..] {
-                spin2_from_sums(
-                    m,
-                    &own.coefficients,
-                    &self.orders.spin_factors,
-                    epsilon,
-                    &steps[..n],
-                    count,
-                    scalars,
-                    e,
-                    b,
-                    &mut own.mixing,
-                );
-            }
-        }
-        if self.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_row, pair_row) = polar_row.split_at_mut(scalars * self.polar.len());
-            if scalars > 0 {
-                let n = (self.lmax - m) / 2 + 1;
-                own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                own.states
-                    .resize(self.polar.len(), RecurrenceState::default());
-                sound(adjoint(
-                    self.level,
-                    self.polar,
-                    m,
-                    order.norm,
-                    &steps[..n],
-                    scalars,
-                    scalar_row,
-                    &mut own.polar_coefficients,
-                    &mut own.states,
-                ));
-                add_scalars(&own.polar_coefficients, scalars, n, alms, &mut own.mixing);
-            }
-            if let [e, b] = &mut alms[scalars..] {
-                let n = order.wigner.len();
-                own.wigner_coefficients.resize(n, [0.0; 4]);
-                own.sums.resize(n.max(own.sums.len()), Sums::default());
-                let (q, u) = pair_row.split_at(self.polar.len());
-                sound(wigner_adjoint(
-                    self.level,
-                    self.polar,
-                    m,
-                    order.wigner_norm,
-                    order.wigner,
-                    q,
-                    u,
-                    &mut own.wigner_coefficients,
-                    &mut own.sums,
-                ));
-                wigner_from_sums(m, &own.wigner_coefficients, order.wigner, e, b);
-            }
-        }
+    /// Does the Legendre stage leave Q and U of a block times sin²θ for the ring stage? Not where only some orders would.
+    pub(super) fn divided(&self, channel: usize, block: usize) -> bool {
+        self.lower.is_none() && self.is_divided(channel, block)
     }
 
-    /// 1/sin²θ for what the main rings hold as Q sin²θ and U sin²θ, one for everything else.
-    fn scale(&self, channel: usize, block: usize) -> [f64; 8] {
-        if channel >= self.channels.scalars && block >= self.range.start + self.polar.len() {
-            self.geometry.rings[block].inv_sin2
-        } else {
-            [1.0; 8]
-        }
+    /// Are Q and U on a block of the map's rings times sin²θ as the recurrence gives them?
+    pub(super) fn is_divided(&self, channel: usize, block: usize) -> bool {
+        channel >= self.channels.scalars && block >= self.range.start + self.map.polar.len()
+    }
+
+    /// Batches of orders.
+    fn all_batches(&self) -> usize {
+        self.lmax / ORDERS + 1
+    }
+
+    /// Blocks of the map that some order of a batch reaches.
+    pub(super) fn active(&self, batch: usize) -> Range<usize> {
+        let rings = &self.geometry.rings[self.range.clone()];
+        self.range.start + rings.partition_point(|r| r.m_limit < ORDERS * batch)..self.range.end
     }
 
     /// Orders that reach the rings of a block.
-    fn reach(&self, block: usize) -> usize {
+    pub(super) fn reach(&self, block: usize) -> usize {
         self.geometry.rings[block].m_limit.min(self.lmax) + 1
     }
 
-    fn fft(&self, own: &mut Scratch, block: usize) {
-        let mut rest = &mut own.spectra[..];
-        for &n in &self.geometry.shapes[block].pixels {
-            if n == 0 {
-                continue;
-            }
-            let (ring, after) = rest.split_at_mut(n);
-            let fft = &self.geometry.ffts[n / 4 - 1];
-            let need = fft.get_inplace_scratch_len();
-            if own.fft.len() < need {
-                own.fft.resize(need, Alm::default());
-            }
-            fft.process_with_scratch(ring, &mut own.fft[..need]);
-            rest = after;
-        }
+    /// Batches that reach a block.
+    pub(super) fn batches(&self, block: usize) -> usize {
+        self.reach(block).div_ceil(ORDERS)
     }
 
-    /// F_m for all m → the pixels of one block of rings, one channel.
-    fn rings(
-        &self,
-        own: &mut Scratch,
-        phases: &[PhaseBlock],
-        channel: usize,
-        block: usize,
-        north: &mut [f64],
-        south: &mut [f64],
-    ) {
-        let shapes = &self.geometry.shapes[block];
-        own.spectra.resize(shapes.len(), Alm::default());
-        sound(spectrum_from_phases(
-            self.level,
-            phases,
-            (self.position(channel, block), self.row(), self.reach(block)),
-            &self.scale(channel, block),
-            self.geometry.phase_table(block),
-            shapes,
-            &mut own.spectra,
-        ));
-        self.fft(own, block);
-        // real and imaginary parts are exchanged: S + iN. Southern rings lie in the opposite order.
-        for (pixel, z) in north.iter_mut().zip(&own.spectra) {
-            *pixel = z.im;
-        }
-        let mut end = south.len();
-        let mut start = 0;
-        for &n in &shapes.pixels {
-            if n == 0 || end < n {
-                break;
-            }
-            for (pixel, z) in south[end - n..end].iter_mut().zip(&own.spectra[start..]) {
-                *pixel = z.re;
-            }
-            end -= n;
-            start += n;
-        }
+    /// Starts of a list of lengths, and its total.
+    fn starts(lengths: impl Iterator<Item = usize>) -> (Vec<usize>, usize) {
+        let mut sum = 0;
+        let starts = lengths
+            .map(|n| {
+                sum += n;
+                sum - n
+            })
+            .collect();
+        (starts, sum)
     }
 
-    /// The pixels of one block of rings, one channel → F_m for all m, in `phases` as (m, channel).
-    fn rings_adjoint(
-        &self,
-        own: &mut Scratch,
-        (channel, block): (usize, usize),
-        weights: Option<&[[f64; 8]]>,
-        north: &[f64],
-        south: &[f64],
-        phases: &mut [PhaseBlock],
-    ) {
-        let shapes = &self.geometry.shapes[block];
-        own.spectra.resize(shapes.len(), Alm::default());
-        for (pixel, z) in north.iter().zip(own.spectra.iter_mut()) {
-            *z = Complex::new(*pixel, 0.0);
-        }
-        let mut end = south.len();
-        let mut start = 0;
-        for &n in &shapes.pixels {
-            if n == 0 || end < n {
-                break;
-            }
-            for (pixel, z) in south[end - n..end].iter().zip(&mut own.spectra[start..]) {
-                z.im = *pixel;
-            }
-            end -= n;
-            start += n;
-        }
-        self.fft(own, block);
-        let mut scale = self.scale(channel, block);
-        if let Some(weights) = weights {
-            for (s, w) in scale.iter_mut().zip(weights[block]) {
-                *s *= w;
-            }
-        }
-        sound(phases_from_spectrum(
-            self.level,
-            &own.spectra,
-            &scale,
-            self.geometry.phase_table(block),
-            shapes,
-            phases,
-            (channel, self.channels.count(), self.reach(block)),
-        ));
+    /// Where the tiles of every batch start in synthesis.
+    fn batch_starts(&self) -> (Vec<usize>, usize) {
+        let count = self.channels.count();
+        Self::starts((0..self.all_batches()).map(|b| count * self.active(b).len()))
+    }
+
+    /// Where the tiles of every block start in the adjoint.
+    fn block_starts(&self) -> (Vec<usize>, usize) {
+        let count = self.channels.count();
+        Self::starts(self.range.clone().map(|b| count * self.batches(b)))
     }
 }
 
-/// Cuts every set of coefficients by orders: for each m the slices l = m … lmax of all sets.
+/// Cuts every set of coefficients by orders: for each batch, for each of its m, the slices l = m … lmax of all sets.
 struct ByOrder<'a> {
     rest: Vec<&'a mut [Alm]>,
     lmax: usize,
@@ -427,20 +179,34 @@ struct ByOrder<'a> {
 }
 
 impl<'a> Iterator for ByOrder<'a> {
-    type Item = (usize, Vec<&'a mut [Alm]>);
+    type Item = (usize, Vec<Vec<&'a mut [Alm]>>);
     fn next(&mut self) -> Option<Self::Item> {
         if self.m > self.lmax {
             return None;
         }
-        let (m, n) = (self.m, self.lmax - self.m + 1);
-        self.m += 1;
-        let cut = self
-            .rest
-            .iter_mut()
-            .filter_map(|rest| rest.split_off_mut(..n))
+        let batch = self.m / ORDERS;
+        let end = (self.m + ORDERS).min(self.lmax + 1);
+        let orders = (self.m..end)
+            .map(|m| {
+                let n = self.lmax - m + 1;
+                self.rest
+                    .iter_mut()
+                    .filter_map(|rest| rest.split_off_mut(..n))
+                    .collect()
+            })
             .collect();
-        Some((m, cut))
+        self.m = end;
+        Some((batch, orders))
     }
+}
+
+/// Makes room for the tiles.
+fn reserve(tiles: &mut Vec<PhaseTile>, need: usize) -> &mut [PhaseTile] {
+    if tiles.len() < need {
+        tiles.reserve_exact(need - tiles.len());
+        tiles.resize(need, [PhaseBlock::default(); ORDERS]);
+    }
+    &mut tiles[..need]
 }
 
 impl ShtPlan {
@@ -449,7 +215,7 @@ impl ShtPlan {
         (0..count.div_ceil(part)).map(move |k| k * part..((k + 1) * part).min(count))
     }
 
-    /// Takes the workspace out of the plan, so that the rest can be shared among threads.
+    /// Everything shared among threads, without the workspace.
     fn part<'a>(
         geometry: &'a Geometry,
         orders: &'a Orders,
@@ -457,24 +223,32 @@ impl ShtPlan {
         range: Range<usize>,
     ) -> Part<'a> {
         // also without pairs: the adjoint sums in the same order in every group
+        let grid = |rings: &'a [RingBlock], polar: usize, equidistant| {
+            let (polar, main) = rings.split_at(polar);
+            Grid {
+                channels,
+                polar,
+                main,
+                equidistant,
+            }
+        };
         let polar_end = geometry.polar.clamp(range.start, range.end);
         Part {
             channels,
             level,
             lmax,
-            polar: &geometry.rings[range.start..polar_end],
-            main: &geometry.rings[polar_end..range.end],
+            map: grid(
+                &geometry.rings[range.clone()],
+                polar_end - range.start,
+                None,
+            ),
+            lower: geometry
+                .equidistant
+                .as_ref()
+                .map(|e| grid(&e.rings, e.polar, Some(e))),
             range,
             geometry,
             orders,
-        }
-    }
-
-    /// Room for the phases of the largest part.
-    fn reserve_phases(&mut self, channels: Channels) {
-        let need = channels.count() * self.geometry.part * (self.lmax + 1);
-        if self.phases.len() < need {
-            self.phases.resize(need, PhaseBlock::default());
         }
     }
 
@@ -485,7 +259,6 @@ impl ShtPlan {
         pairs: &[[&[Alm]; 2]],
         maps: &mut [&mut [f64]],
     ) {
-        self.reserve_phases(channels);
         let alms: Vec<&[Alm]> = scalars
             .iter()
             .copied()
@@ -499,13 +272,17 @@ impl ShtPlan {
                 (channels, self.level, self.lmax),
                 range.clone(),
             );
-            let phases = &mut self.phases[..part.row() * (self.lmax + 1)];
-            share(
-                &mut self.workers,
-                phases.chunks_exact_mut(part.row()).enumerate(),
-                |own, (m, out)| part.legendre(own, m, &alms, out),
-            );
-            let phases = &*phases;
+            let (starts, total) = part.batch_starts();
+            let tiles = reserve(&mut self.tiles, total);
+            let mut left = &mut *tiles;
+            let batches = (0..part.all_batches()).filter_map(|batch| {
+                let n = channels.count() * part.active(batch).len();
+                Some((batch, left.split_off_mut(..n)?))
+            });
+            share(&mut self.workers, batches, |own, (batch, out)| {
+                part.batch(own, batch, &alms, out);
+            });
+            let tiles = &*tiles;
             let mut tasks = Vec::with_capacity(range.len() * channels.count());
             for (channel, rest) in rest.iter_mut().enumerate() {
                 for block in range.clone() {
@@ -513,7 +290,7 @@ impl ShtPlan {
                     if let Some(n) = rest.split_off_mut(..north)
                         && let Some(s) = rest.split_off_mut(rest.len() - south..)
                     {
-                        tasks.push((channel, block, n, s));
+                        tasks.push(((channel, block), n, s));
                     }
                 }
             }
@@ -521,8 +298,8 @@ impl ShtPlan {
             share(
                 &mut self.workers,
                 tasks.into_iter().rev(),
-                |own, (channel, block, north, south)| {
-                    part.rings(own, phases, channel, block, north, south);
+                |own, (which, north, south)| {
+                    part.rings(own, tiles, &starts, which, north, south);
                 },
             );
         }
@@ -535,7 +312,6 @@ impl ShtPlan {
         maps: &[&[f64]],
         alms: &mut [&mut [Alm]],
     ) {
-        self.reserve_phases(channels);
         for a in alms.iter_mut() {
             a.fill(Alm::default());
         }
@@ -548,49 +324,36 @@ impl ShtPlan {
                 (channels, self.level, self.lmax),
                 range.clone(),
             );
-            let per_block = (self.lmax + 1) * count;
-            let phases = &mut self.phases[..part.blocks() * per_block];
-            let mut tasks = Vec::with_capacity(range.len());
-            for (block, phases) in range.clone().zip(phases.chunks_exact_mut(per_block)) {
+            let (starts, total) = part.block_starts();
+            let tiles = reserve(&mut self.tiles, total);
+            let mut left = &mut *tiles;
+            let mut tasks = Vec::with_capacity(range.len() * count);
+            for block in range.clone() {
                 let (north, south) = self.geometry.pixels[block];
-                let slices: Vec<_> = rest
-                    .iter_mut()
-                    .filter_map(|rest| {
-                        let n = rest.split_off(..north)?;
-                        let s = rest.split_off(rest.len() - south..)?;
-                        Some((n, s))
-                    })
-                    .collect();
-                tasks.push((block, slices, phases));
+                for (channel, rest) in rest.iter_mut().enumerate() {
+                    if let Some(n) = rest.split_off(..north)
+                        && let Some(s) = rest.split_off(rest.len() - south..)
+                        && let Some(tiles) = left.split_off_mut(..part.batches(block))
+                    {
+                        tasks.push(((channel, block), n, s, tiles));
+                    }
+                }
             }
             share(
                 &mut self.workers,
                 tasks.into_iter().rev(),
-                |own, (block, slices, phases)| {
-                    for (channel, (north, south)) in slices.into_iter().enumerate() {
-                        part.rings_adjoint(own, (channel, block), weights, north, south, phases);
-                    }
+                |own, (which, north, south, tiles)| {
+                    part.rings_adjoint(own, which, weights, north, south, tiles);
                 },
             );
-            let phases = &*phases;
+            let tiles = &*tiles;
             let orders = ByOrder {
                 rest: alms.iter_mut().map(|a| &mut **a).collect(),
                 lmax: self.lmax,
                 m: 0,
             };
-            share(&mut self.workers, orders, |own, (m, mut alms)| {
-                own.row.resize(part.row(), PhaseBlock::default());
-                for block in part.range.clone() {
-                    if part.geometry.rings[block].m_limit < m {
-                        continue;
-                    }
-                    let from = (block - part.range.start) * per_block + m * count;
-                    for channel in 0..count {
-                        let to = part.position(channel, block);
-                        own.row[to] = phases[from + channel];
-                    }
-                }
-                part.legendre_adjoint(own, m, &mut alms);
+            share(&mut self.workers, orders, |own, (batch, mut alms)| {
+                part.batch_adjoint(own, batch, tiles, &starts, &mut alms);
             });
         }
     }

@@ -17,9 +17,12 @@
 //! Results do not depend on the number of threads.
 
 mod analysis;
+mod equidistant;
 mod group;
+mod legendre;
 mod orders;
 mod plan;
+mod ring_stage;
 mod rotation;
 mod weights;
 mod workers;

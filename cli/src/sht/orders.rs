@@ -6,7 +6,7 @@ use dust3d_kernels::sht::{
 };
 
 /// Tables up to this size are kept.
-const KEPT_BYTES: usize = 64 << 20;
+const KEPT_BYTES: usize = 80 << 20;
 
 /// What the Legendre stage needs of one order.
 #[derive(Clone, Copy)]
@@ -99,8 +99,8 @@ impl Orders {
         ]
     }
 
-    /// The tables of order m, from the store or made in `own`.
-    pub(super) fn get<'a>(&'a self, m: usize, own: &'a mut OrderTables) -> Order<'a> {
+    /// The tables of order m, from the store or made in `own`; those of Wigner's functions only for `pairs`.
+    pub(super) fn get<'a>(&'a self, m: usize, pairs: bool, own: &'a mut OrderTables) -> Order<'a> {
         let (epsilon, steps, wigner) = match &self.kept {
             Some((tables, offsets)) => {
                 let (from, to) = (offsets[m], offsets[m + 1]);
@@ -112,6 +112,7 @@ impl Orders {
             }
             None => {
                 let [epsilon, steps, wigner] = self.lengths(m);
+                let wigner = if pairs { wigner } else { 0 };
                 own.epsilon.resize(epsilon, 0.0);
                 own.steps.resize(steps, [0.0; 4]);
                 own.wigner.resize(wigner, [0.0; 4]);

@@ -8,8 +8,8 @@
 use super::plan::ShtPlan;
 use dust3d_kernels::Error;
 use dust3d_kernels::sht::{
-    Aligned, PhaseBlock, RecurrenceState, adjoint, epsilon_len, epsilon_table, scalar_coefficients,
-    scalar_from_sums, start_norms, step_count, step_table, synthesis,
+    Aligned, Line, PhaseBlock, adjoint, adjoint_scratch_len, epsilon_len, epsilon_table,
+    scalar_coefficients, scalar_from_sums, start_norms, step_count, step_table, synthesis,
 };
 use num_complex::Complex;
 
@@ -36,7 +36,7 @@ impl ShtPlan {
         let blocks = geometry.rings.len();
         let mut phases: Vec<PhaseBlock> = vec![PhaseBlock::default(); blocks];
         let mut coefficients = vec![[0.0; 4]; n];
-        let mut scratch: Vec<RecurrenceState> = vec![RecurrenceState::default(); blocks];
+        let mut scratch = vec![Line::default(); adjoint_scratch_len(n, 1)];
         let mut alm = vec![Complex::default(); lmax + 1];
         // values on rings of Σ μ_l λ_l0, even l only
         let mut on_rings = |mu: &[f64], phases: &mut [PhaseBlock]| -> Result<(), Error> {

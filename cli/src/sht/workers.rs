@@ -1,6 +1,6 @@
 //! Work shared among the threads of the caller's pool, each with its own scratch.
 
-use dust3d_kernels::sht::{Coefficient, PhaseBlock, RecurrenceState, Sums};
+use dust3d_kernels::sht::{Coefficient, Line, PhaseBlock};
 use num_complex::Complex;
 use std::sync::Mutex;
 
@@ -52,11 +52,14 @@ pub(super) struct Scratch {
     pub(super) coefficients: Vec<Coefficient>,
     pub(super) polar_coefficients: Vec<Coefficient>,
     pub(super) wigner_coefficients: Vec<Coefficient>,
-    pub(super) sums: Vec<Sums>,
-    pub(super) states: Vec<RecurrenceState>,
+    /// Scratch of the adjoint's kernels.
+    pub(super) lines: Vec<Line>,
     pub(super) mixing: Vec<Complex<f64>>,
-    /// Phases of one order (adjoint only).
-    pub(super) row: Vec<PhaseBlock>,
+    /// Phases of eight orders in the Legendre stage.
+    pub(super) rows: Vec<PhaseBlock>,
+    pub(super) resampling: super::equidistant::ResamplingRoom,
+    /// Tiles of one block.
+    pub(super) places: Vec<usize>,
     /// Spectra of one block of rings, and room for the FFT.
     pub(super) spectra: Vec<Complex<f64>>,
     pub(super) fft: Vec<Complex<f64>>,

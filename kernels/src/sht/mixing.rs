@@ -62,35 +62,49 @@ pub fn scalar_coefficients(
     channel: usize,
     out: &mut [Coefficient],
 ) {
-    let eps = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>().0;
-    let slots = out.chunks_exact_mut(channels.max(1));
+    let (eps, _) = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>();
     let (pairs, last) = alm.as_chunks::<2>();
-    // a_{l+2} of every step: the first of the pairs but the first, then the single one
-    let after = if pairs.is_empty() { &[] } else { last };
-    let mut next = pairs
-        .iter()
-        .skip(1)
-        .map(|p| p[0])
-        .chain(after.iter().copied());
-    let mut pairs = pairs.iter().copied();
-    let mut last = last.iter().copied();
+    let above = pairs.get(1..).unwrap_or(&[]);
     let zero = Complex::default();
-    for ((slot, step), e) in slots.zip(steps).zip(eps) {
-        let [here, odd] = pairs
-            .next()
-            .unwrap_or_else(|| [last.next().unwrap_or(zero), zero]);
-        let above = next.next().unwrap_or(zero);
-        let alpha = step[3];
-        let (e0, e1) = (e[0] * alpha, e[1] * alpha);
-        if let Some(out) = slot.get_mut(channel) {
-            *out = [
-                here.re * e0 + above.re * e1,
-                here.im * e0 + above.im * e1,
-                odd.re * alpha,
-                odd.im * alpha,
-            ];
-        }
+    // all steps but the last two have their three coefficients
+    let ends = match (pairs.last(), last.first()) {
+        (Some(&[a, b]), Some(&c)) => [(a, b, c), (c, zero, zero)],
+        (Some(&[a, b]), None) => [(a, b, zero), (zero, zero, zero)],
+        (None, Some(&c)) => [(c, zero, zero), (zero, zero, zero)],
+        (None, None) => [(zero, zero, zero); 2],
+    };
+    let triples = pairs.iter().zip(above).map(|(&[a, b], &[c, _])| (a, b, c));
+    let mut places = out
+        .chunks_exact_mut(channels.max(1))
+        .filter_map(|slot| slot.get_mut(channel))
+        .zip(steps)
+        .zip(eps);
+    for (x, ((out, step), e)) in triples.zip(places.by_ref()) {
+        *out = scalar_step(step, e, x);
     }
+    let rest = ends
+        .into_iter()
+        .chain(core::iter::repeat((zero, zero, zero)));
+    for (x, ((out, step), e)) in rest.zip(places) {
+        *out = scalar_step(step, e, x);
+    }
+}
+
+/// α (ε_{l+1} a_l + ε_{l+2} a_{l+2}), α a_{l+1}.
+#[inline(always)]
+fn scalar_step(
+    step: &Step,
+    e: &[f64; 2],
+    (here, odd, above): (Complex<f64>, Complex<f64>, Complex<f64>),
+) -> Coefficient {
+    let alpha = step[3];
+    let (e0, e1) = (e[0] * alpha, e[1] * alpha);
+    [
+        here.re * e0 + above.re * e1,
+        here.im * e0 + above.im * e1,
+        odd.re * alpha,
+        odd.im * alpha,
+    ]
 }
 
 /// The transpose of [`scalar_coefficients`]; `alm` is overwritten.
@@ -102,38 +116,40 @@ pub fn scalar_from_sums(
     channel: usize,
     alm: &mut [Complex<f64>],
 ) {
-    let slots = sums.iter().skip(channel).step_by(channels.max(1));
-    let eps = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>().0;
+    let (eps, _) = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>();
+    let (pairs, last) = alm.as_chunks_mut::<2>();
+    let mut places = sums
+        .chunks_exact(channels.max(1))
+        .filter_map(|slot| slot.get(channel))
+        .zip(steps)
+        .zip(eps);
+    // what step n gives to a_{l+2}
     let mut carried = Complex::default();
-    let mut pairs = alm.chunks_mut(2);
-    for ((sum, step), e) in slots.zip(steps).zip(eps) {
+    let mut pairs = pairs.iter_mut();
+    let count = (sums.len() / channels.max(1))
+        .min(steps.len())
+        .min(eps.len());
+    for ([a, b], ((sum, step), e)) in pairs.by_ref().take(count).zip(places.by_ref()) {
         let alpha = step[3];
         let even = Complex::new(sum[0], sum[1]) * alpha;
-        let Some(pair) = pairs.next() else {
-            return;
-        };
-        if let Some(a) = pair.first_mut() {
-            *a = even * e[0] + carried;
-        }
-        if let Some(a) = pair.get_mut(1) {
-            *a = Complex::new(sum[2], sum[3]) * alpha;
-        }
+        *a = even * e[0] + carried;
+        *b = Complex::new(sum[2], sum[3]) * alpha;
         carried = even * e[1];
     }
-    for pair in pairs {
-        for a in pair {
-            *a = carried;
-            carried = Complex::default();
+    let rest = pairs.flatten().chain(last);
+    for (n, a) in rest.enumerate() {
+        *a = if n == 0 { carried } else { Complex::default() };
+        if n == 0
+            && let Some(((sum, step), e)) = places.next()
+        {
+            *a += Complex::new(sum[0], sum[1]) * step[3] * e[0];
         }
     }
 }
 
-/// W⁺, W⁰, W⁻, V⁺, V⁻ of degree l = m + k.
+/// W⁺, W⁰, W⁻, V⁺, V⁻ of one degree, from the ε of its neighbours l − 1 … l + 2.
 #[inline(always)]
-fn weights(m: f64, k: usize, f: &SpinFactors, epsilon: &[f64]) -> [f64; 5] {
-    let e = |k: usize| epsilon.get(k).copied().unwrap_or(0.0);
-    let below = if k == 0 { 0.0 } else { e(k - 1) };
-    let (here, above, above2) = (e(k), e(k + 1), e(k + 2));
+fn weights(m: f64, f: &SpinFactors, [below, here, above, above2]: [f64; 4]) -> [f64; 5] {
     [
         f.up * above * above2,
         f.n * (m * m) + f.constant + f.up * (above * above) + f.down * (here * here),
@@ -141,6 +157,28 @@ fn weights(m: f64, k: usize, f: &SpinFactors, epsilon: &[f64]) -> [f64; 5] {
         -m * f.odd_up * above,
         m * f.odd_down * here,
     ]
+}
+
+/// ε_{l−1} … ε_{l+2} for l = m, m + 1, …
+fn neighbours(epsilon: &[f64]) -> impl Iterator<Item = [f64; 4]> {
+    let first = [0.0, epsilon.first().copied().unwrap_or(0.0)];
+    let mut window = [
+        0.0,
+        first[0],
+        first[1],
+        epsilon.get(1).copied().unwrap_or(0.0),
+    ];
+    let rest = epsilon.iter().copied().skip(2).chain([0.0; 2]);
+    rest.map(move |next| {
+        window = [window[1], window[2], window[3], next];
+        window
+    })
+}
+
+/// i z
+#[inline(always)]
+const fn turned(z: Complex<f64>) -> Complex<f64> {
+    Complex::new(-z.im, z.re)
 }
 
 /// Coefficients of the two channels Q sin²θ, U sin²θ (`channel`, `channel + 1`) of one spin-2 pair.
@@ -166,26 +204,34 @@ pub fn spin2_coefficients(
     let Some(u) = rest.get_mut(..count) else {
         return;
     };
-    q.fill(Complex::default());
-    u.fill(Complex::default());
     let factors = factors.get(m..).unwrap_or(&[]);
-    for (k, ((&e, &b), f)) in e.iter().zip(b).zip(factors).enumerate() {
-        let [up, mid, down, odd_up, odd_down] = weights(m as f64, k, f, epsilon);
-        let (ie, ib) = (Complex::new(-e.im, e.re), Complex::new(-b.im, b.re));
-        q[k] -= e * mid;
-        u[k] -= b * mid;
-        q[k + 2] -= e * up;
-        u[k + 2] -= b * up;
-        q[k + 1] -= ib * odd_up;
-        u[k + 1] += ie * odd_up;
-        if k >= 1 {
-            q[k - 1] -= ib * odd_down;
-            u[k - 1] += ie * odd_down;
+    let mut places = q.iter_mut().zip(u.iter_mut());
+    // what l gives to l − 2 … l + 2, of (q, u), passes through registers; the first of them is complete
+    let mut window = [[Complex::<f64>::default(); 2]; 5];
+    let degrees = e.iter().zip(b).zip(factors).zip(neighbours(epsilon));
+    for (k, (((&e, &b), f), eps)) in degrees.enumerate() {
+        let [up, mid, down, odd_up, odd_down] = weights(m as f64, f, eps);
+        let (ie, ib) = (turned(e), turned(b));
+        let [down2, down1, here, up1, _] = window;
+        let [q, u] = [down2[0] - e * down, down2[1] - b * down];
+        window = [
+            [down1[0] - ib * odd_down, down1[1] + ie * odd_down],
+            [here[0] - e * mid, here[1] - b * mid],
+            [up1[0] - ib * odd_up, up1[1] + ie * odd_up],
+            [-(e * up), -(b * up)],
+            [Complex::default(); 2],
+        ];
+        // below l = m there is nothing
+        if k >= 2
+            && let Some(place) = places.next()
+        {
+            (*place.0, *place.1) = (q, u);
         }
-        if k >= 2 {
-            q[k - 2] -= e * down;
-            u[k - 2] -= b * down;
-        }
+    }
+    // fewer than two degrees have left more than nothing below l = m
+    let below = 2usize.saturating_sub(e.len());
+    for ((q, u), [x, y]) in places.zip(window.into_iter().skip(below)) {
+        (*q, *u) = (x, y);
     }
     scalar_coefficients(q, epsilon, steps, channels, channel, out);
     scalar_coefficients(u, epsilon, steps, channels, channel + 1, out);
@@ -214,20 +260,19 @@ pub fn spin2_from_sums(
     scalar_from_sums(sums, epsilon, steps, channels, channel, q);
     scalar_from_sums(sums, epsilon, steps, channels, channel + 1, u);
     let factors = factors.get(m..).unwrap_or(&[]);
-    for (k, ((e, b), f)) in e.iter_mut().zip(b).zip(factors).enumerate() {
-        let [up, mid, down, odd_up, odd_down] = weights(m as f64, k, f, epsilon);
-        let mut even_q = q[k] * mid + q[k + 2] * up;
-        let mut even_u = u[k] * mid + u[k + 2] * up;
-        let mut odd_q = q[k + 1] * odd_up;
-        let mut odd_u = u[k + 1] * odd_up;
-        if k >= 1 {
-            odd_q += q[k - 1] * odd_down;
-            odd_u += u[k - 1] * odd_down;
-        }
-        if k >= 2 {
-            even_q += q[k - 2] * down;
-            even_u += u[k - 2] * down;
-        }
+    let mut pairs = q.iter().copied().zip(u.iter().copied());
+    let zero = Complex::default();
+    let mut next = || pairs.next().map_or([zero; 2], |(q, u)| [q, u]);
+    // (q, u) of l − 2 … l + 2
+    let mut window = [[zero; 2], [zero; 2], [zero; 2], next(), next()];
+    let degrees = e.iter_mut().zip(b).zip(factors).zip(neighbours(epsilon));
+    for (((e, b), f), eps) in degrees {
+        window = [window[1], window[2], window[3], window[4], next()];
+        let [up, mid, down, odd_up, odd_down] = weights(m as f64, f, eps);
+        let [down2, down1, here, up1, up2] = window;
+        let even = |i: usize| here[i] * mid + up2[i] * up + down2[i] * down;
+        let odd = |i: usize| up1[i] * odd_up + down1[i] * odd_down;
+        let (even_q, even_u, odd_q, odd_u) = (even(0), even(1), odd(0), odd(1));
         // E takes −W q − i V u, B takes −W u + i V q
         *e += Complex::new(odd_u.im - even_q.re, -odd_u.re - even_q.im);
         *b += Complex::new(-odd_q.im - even_u.re, odd_q.re - even_u.im);

@@ -14,37 +14,59 @@
 //! | `double` | logarithms and products in twice the digits, for the tables |
 //! | `recurrence` | two-degree recurrence of \[I18\], its coefficients for one m |
 //! | `start` | first value s^m as mantissa and scale, however small |
-//! | `legendre` | the inner loops of spin 0 (and of spin 2 away from the poles) |
+//! | `legendre` | spin 0 (and spin 2 away from the poles): what both directions share |
+//! | `synthesis`, `adjoint` | their inner loops |
 //! | `mixing` | a_lm ↔ coefficients of the recurrence's basis; E, B ↔ two scalar-like sets |
 //! | `wigner` | spin 2 near the poles, by spin-weighted functions |
+//! | `wigner_adjoint` | its transpose |
+//! | `resampling` | F_m on few equidistant rings → a fine grid |
+//! | `window` | fine grid → F_m on the rings of the map |
+//! | `belt` | F_m ↔ pixels of rings of equal length, eight at once |
 //! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
 //!
 //! # Cost
 //! Per pair of degrees and pair of rings: 2 FMA of recurrence and 4 per real-valued map; spin 2 counts as two maps
 //! with one recurrence (10 FMA) except near the poles (24 FMA).
 
+mod adjoint;
 pub mod alm;
+mod belt;
 mod double;
 mod legendre;
 mod mixing;
 mod recurrence;
+mod resampling;
 mod ring_spectrum;
 mod rings;
 mod start;
+mod synthesis;
 mod wigner;
+mod wigner_adjoint;
+mod window;
 
-pub use legendre::{Aligned, Coefficient, PhaseBlock, RecurrenceState, Sums, adjoint, synthesis};
+pub use adjoint::{Line, adjoint, adjoint_scratch_len};
+pub use belt::{
+    belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
+};
+pub use legendre::{Aligned, Coefficient, PhaseBlock};
 pub use mixing::{
     SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
     spin2_from_sums,
 };
 pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
+pub use resampling::{
+    Carrier, Layout, ORDERS, Resampling, equidistant_carriers, grid_from_phases, phases_from_grid,
+    resampling_factors, resampling_lengths,
+};
 pub use ring_spectrum::{
-    PhaseTable, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
+    PhaseTable, PhaseTile, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
     spectrum_from_phases,
 };
-pub use rings::{RingBlock, healpix_ring, ring_block_count, ring_blocks};
+pub use rings::{RingBlock, equidistant_ring_blocks, healpix_ring, ring_block_count, ring_blocks};
+pub use synthesis::synthesis;
 pub use wigner::{
-    WignerStep, wigner_adjoint, wigner_coefficients, wigner_from_sums, wigner_norms,
-    wigner_step_count, wigner_step_table, wigner_synthesis,
+    WignerStep, wigner_coefficients, wigner_from_sums, wigner_norms, wigner_step_count,
+    wigner_step_table, wigner_synthesis,
 };
+pub use wigner_adjoint::{wigner_adjoint, wigner_adjoint_scratch_len};
+pub use window::{MARGIN, RingTaps, TAPS, add_to_fine, phases_from_fine, ring_taps};

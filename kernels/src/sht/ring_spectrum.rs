@@ -90,7 +90,12 @@ pub fn phase_table(shapes: &RingShapes, out: &mut [PhaseTable]) {
 
 /// e^{imφ₀} times `scale`.
 #[inline(always)]
-fn phase<L: Lanes>(token: L::Token, m: usize, table: &[PhaseTable], scale: L) -> Option<(L, L)> {
+pub(super) fn phase<L: Lanes>(
+    token: L::Token,
+    m: usize,
+    table: &[PhaseTable],
+    scale: L,
+) -> Option<(L, L)> {
     let fine = table.get(m % FINE)?;
     let coarse = table.get(FINE + m / FINE)?;
     let (c0, s0) = (L::load(token, &fine[0]), L::load(token, &fine[1]));
@@ -118,28 +123,26 @@ fn all_distinct(shapes: &RingShapes, orders: usize) -> bool {
 }
 
 /// Orders moved together between lanes and spectra.
-const BATCH: usize = 8;
+const BATCH: usize = super::ORDERS;
+
+/// F of eight consecutive orders on a block: what the two stages hand each other.
+pub type PhaseTile = [PhaseBlock; BATCH];
 
 /// N_m + i S_m and conj N_m + i conj S_m of one order, as (imaginary, real, imaginary, real).
 #[inline(always)]
-fn combine<L: Lanes>(token: L::Token, block: &PhaseBlock, (c, s): (L, L)) -> PhaseBlock {
+fn combine<L: Lanes>(token: L::Token, block: &PhaseBlock, (c, s): (L, L)) -> [L; 4] {
     let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
     let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
     let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
     let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
-    let mut out = PhaseBlock::default();
-    (ni + sr).store(&mut out[0]);
-    (nr - si).store(&mut out[1]);
-    (sr - ni).store(&mut out[2]);
-    (nr + si).store(&mut out[3]);
-    out
+    [ni + sr, nr - si, sr - ni, nr + si]
 }
 
 #[inline(always)]
 fn spectrum_body<L: Lanes>(
     token: L::Token,
-    phases: &[PhaseBlock],
-    (stride, orders): (usize, usize),
+    tiles: &[PhaseTile],
+    (places, orders): (&[usize], usize),
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
@@ -154,22 +157,36 @@ fn spectrum_body<L: Lanes>(
     let mut first = 0;
     while first < orders {
         let count = BATCH.min(orders - first);
-        let mut batch = [PhaseBlock::default(); BATCH];
-        for (j, out) in batch.iter_mut().enumerate().take(count) {
-            let m = first + j;
-            let (Some(rotation), Some(block)) =
-                (phase::<L>(token, m, table, scale), phases.get(m * stride))
-            else {
+        let Some(tile) = places.get(first / BATCH).and_then(|&k| tiles.get(k)) else {
+            return;
+        };
+        if let Some(next) = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k)) {
+            super::window::prefetch_tile::<L>(token, next);
+        }
+        // orders by rings → rings by orders
+        let zero = L::splat(token, 0.0);
+        let mut parts = [[zero; BATCH]; 4];
+        for j in 0..count {
+            let Some(rotation) = phase::<L>(token, first + j, table, scale) else {
                 return;
             };
-            *out = combine::<L>(token, block, rotation);
+            let combined = combine::<L>(token, &tile[j], rotation);
+            for k in 0..4 {
+                parts[k][j] = combined[k];
+            }
         }
         if first == 0 {
             // F_0 is real, and its two harmonics are one
+            let half = L::splat(token, 0.5);
+            parts[0][0] = (parts[0][0] + parts[2][0]) * half;
+            parts[1][0] = (parts[1][0] + parts[3][0]) * half;
+            (parts[2][0], parts[3][0]) = (zero, zero);
+        }
+        let mut batch = [[[0.0; BATCH]; 8]; 4];
+        for k in 0..4 {
+            let rows = L::transpose(token, parts[k]);
             for lane in 0..8 {
-                batch[0][0][lane] = 0.5 * (batch[0][0][lane] + batch[0][2][lane]);
-                batch[0][1][lane] = 0.5 * (batch[0][1][lane] + batch[0][3][lane]);
-                (batch[0][2][lane], batch[0][3][lane]) = (0.0, 0.0);
+                rows[lane].store(&mut batch[k][lane]);
             }
         }
         for lane in 0..8 {
@@ -183,14 +200,14 @@ fn spectrum_body<L: Lanes>(
             if distinct {
                 let last = first + count;
                 if let Some(plus) = ring.get_mut(first..last) {
-                    for (z, b) in plus.iter_mut().zip(&batch) {
-                        *z = Complex::new(b[0][lane], b[1][lane]);
+                    for (j, z) in plus.iter_mut().enumerate().take(BATCH) {
+                        *z = Complex::new(batch[0][lane][j], batch[1][lane][j]);
                     }
                 }
                 let begin = usize::from(first == 0);
                 if let Some(minus) = ring.get_mut(n + 1 - last..n + 1 - first - begin) {
-                    for (z, b) in minus.iter_mut().rev().zip(&batch[begin..]) {
-                        *z = Complex::new(b[2][lane], b[3][lane]);
+                    for (j, z) in (begin..BATCH).zip(minus.iter_mut().rev()) {
+                        *z = Complex::new(batch[2][lane][j], batch[3][lane][j]);
                     }
                 }
                 if last == orders
@@ -200,13 +217,13 @@ fn spectrum_body<L: Lanes>(
                 }
             } else {
                 let mut k = first % n;
-                for b in batch.iter().take(count) {
+                for j in 0..count {
                     let opposite = if k == 0 { 0 } else { n - k };
                     if let Some(z) = ring.get_mut(k) {
-                        *z += Complex::new(b[0][lane], b[1][lane]);
+                        *z += Complex::new(batch[0][lane][j], batch[1][lane][j]);
                     }
                     if let Some(z) = ring.get_mut(opposite) {
-                        *z += Complex::new(b[2][lane], b[3][lane]);
+                        *z += Complex::new(batch[2][lane][j], batch[3][lane][j]);
                     }
                     k = if k + 1 == n { 0 } else { k + 1 };
                 }
@@ -218,29 +235,29 @@ fn spectrum_body<L: Lanes>(
 
 /// F_m of a block of ring pairs → their spectra, one after another in `spectra`, ready for a forward FFT.
 ///
-/// `phases`: for m = 0, 1, … at `offset + m · stride`, `orders` of them; `scale` multiplies each ring pair (ones, or
-/// 1/sin²θ); `table` from [`phase_table`].
+/// Orders 8k … 8k + 7 are `tiles[places[k]]`, `orders` in all; `scale` multiplies each ring pair (ones, or 1/sin²θ);
+/// `table` from [`phase_table`].
 ///
 /// # Errors
-/// [`Error::Length`] unless `spectra` is as long as the shapes say and `phases` holds all orders.
+/// [`Error::Length`] unless `spectra` is as long as the shapes say and there is a place within `tiles` for all orders.
 pub fn spectrum_from_phases(
     level: Level,
-    phases: &[PhaseBlock],
-    (offset, stride, orders): (usize, usize, usize),
+    tiles: &[PhaseTile],
+    (places, orders): (&[usize], usize),
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
     spectra: &mut [Complex<f64>],
 ) -> Result<(), Error> {
     Error::check_len("spectra", shapes.len(), spectra.len())?;
-    if orders > 0 {
-        Error::check_scratch("phases", offset + (orders - 1) * stride + 1, phases.len())?;
+    Error::check_scratch("places", orders.div_ceil(BATCH), places.len())?;
+    for place in places.iter().take(orders.div_ceil(BATCH)) {
+        Error::check_scratch("phases", place + 1, tiles.len())?;
     }
-    let phases = phases.get(offset..).unwrap_or(&[]);
     crate::dispatch!(level, |token: L| spectrum_body::<L>(
         token,
-        phases,
-        (stride, orders),
+        tiles,
+        (places, orders),
         scale,
         table,
         shapes,
@@ -256,8 +273,8 @@ fn phases_body<L: Lanes>(
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
-    phases: &mut [PhaseBlock],
-    (stride, orders): (usize, usize),
+    tiles: &mut [PhaseTile],
+    orders: usize,
 ) {
     let starts = starts(shapes);
     let scale = L::load(token, scale) * L::splat(token, 0.5);
@@ -265,7 +282,7 @@ fn phases_body<L: Lanes>(
     let mut first = 0;
     while first < orders {
         let count = BATCH.min(orders - first);
-        let mut batch = [PhaseBlock::default(); BATCH];
+        let mut batch = [[[0.0; BATCH]; 8]; 4];
         for lane in 0..8 {
             let n = shapes.pixels[lane];
             let Some(ring) = spectra.get(starts[lane]..starts[lane] + n) else {
@@ -279,37 +296,49 @@ fn phases_body<L: Lanes>(
                 if let (Some(plus), Some(minus)) =
                     (ring.get(first..last), ring.get(n + 1 - last..n + 1 - first))
                 {
-                    for (b, (p, m)) in batch.iter_mut().zip(plus.iter().zip(minus.iter().rev())) {
-                        b[0][lane] = p.re;
-                        b[1][lane] = p.im;
-                        b[2][lane] = m.re;
-                        b[3][lane] = m.im;
+                    for (j, (p, m)) in (0..BATCH).zip(plus.iter().zip(minus.iter().rev())) {
+                        batch[0][lane][j] = p.re;
+                        batch[1][lane][j] = p.im;
+                        batch[2][lane][j] = m.re;
+                        batch[3][lane][j] = m.im;
                     }
                 }
             } else {
                 let mut k = first % n;
-                for b in batch.iter_mut().take(count) {
+                for j in 0..count {
                     let opposite = if k == 0 { 0 } else { n - k };
                     if let (Some(p), Some(m)) = (ring.get(k), ring.get(opposite)) {
-                        b[0][lane] = p.re;
-                        b[1][lane] = p.im;
-                        b[2][lane] = m.re;
-                        b[3][lane] = m.im;
+                        batch[0][lane][j] = p.re;
+                        batch[1][lane][j] = p.im;
+                        batch[2][lane][j] = m.re;
+                        batch[3][lane][j] = m.im;
                     }
                     k = if k + 1 == n { 0 } else { k + 1 };
                 }
             }
         }
-        for (j, z) in batch.iter().enumerate().take(count) {
+        let Some(tile) = tiles.get_mut(first / BATCH) else {
+            return;
+        };
+        if count < BATCH {
+            *tile = [PhaseBlock::default(); BATCH];
+        }
+        // rings by orders → orders by rings
+        let mut parts = [[L::splat(token, 0.0); BATCH]; 4];
+        for k in 0..4 {
+            for lane in 0..8 {
+                parts[k][lane] = L::load(token, &batch[k][lane]);
+            }
+            parts[k] = L::transpose(token, parts[k]);
+        }
+        for j in 0..count {
             let m = first + j;
-            let (Some((c, s)), Some(block)) = (
-                phase::<L>(token, m, table, scale),
-                phases.get_mut(m * stride),
-            ) else {
+            let Some((c, s)) = phase::<L>(token, m, table, scale) else {
                 return;
             };
-            let (pr, pi) = (L::load(token, &z[0]), L::load(token, &z[1]));
-            let (mr, mi) = (L::load(token, &z[2]), L::load(token, &z[3]));
+            let block = &mut tile[j];
+            let (pr, pi) = (parts[0][j], parts[1][j]);
+            let (mr, mi) = (parts[2][j], parts[3][j]);
             // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
             let (nr, ni) = (pr + mr, pi - mi);
             let (sr, si) = (pi + mi, mr - pr);
@@ -328,30 +357,23 @@ fn phases_body<L: Lanes>(
 
 /// The transpose of [`spectrum_from_phases`]: forward FFTs of the sequences N + iS (stored plainly) → F_m.
 ///
+/// `tiles` are those of the block, in order; orders beyond `orders` in the last one become zero.
+///
 /// # Errors
-/// [`Error::Length`] as there.
+/// [`Error::Length`] unless `spectra` is as long as the shapes say and `tiles` hold `orders`.
 pub fn phases_from_spectrum(
     level: Level,
     spectra: &[Complex<f64>],
     scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
-    phases: &mut [PhaseBlock],
-    (offset, stride, orders): (usize, usize, usize),
+    tiles: &mut [PhaseTile],
+    orders: usize,
 ) -> Result<(), Error> {
     Error::check_len("spectra", shapes.len(), spectra.len())?;
-    if orders > 0 {
-        Error::check_scratch("phases", offset + (orders - 1) * stride + 1, phases.len())?;
-    }
-    let phases = phases.get_mut(offset..).unwrap_or(&mut []);
+    Error::check_scratch("phases", orders.div_ceil(BATCH), tiles.len())?;
     crate::dispatch!(level, |token: L| phases_body::<L>(
-        token,
-        spectra,
-        scale,
-        table,
-        shapes,
-        phases,
-        (stride, orders)
+        token, spectra, scale, table, shapes, tiles, orders
     ));
     Ok(())
 }

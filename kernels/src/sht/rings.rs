@@ -137,7 +137,7 @@ fn sine(x: f64) -> Double {
     sum.mul(Double::from(x))
 }
 
-/// The greatest order m ≤ lmax with λ_lm(θ) > e^−69 for some l ≤ lmax.
+/// The greatest order m ≤ lmax with λ_lm(θ) > e^−46 for some l ≤ lmax.
 ///
 /// Beyond the turning point m = l sin θ the functions fall as e^−S, S = ∫ √(m²/sin² − l²) dθ
 /// = m artanh(w/(m cos θ)) − l artanh(w/(l cos θ)), w² = m² − l² sin²θ (WKB with l + 1/2 for l). The spin-2 functions
@@ -203,17 +203,61 @@ pub fn ring_blocks(nside: u64, lmax: usize, out: &mut [RingBlock]) -> Result<(),
         return Err(Error::Nside { nside });
     }
     Error::check_len("ring blocks", ring_block_count(nside), out.len())?;
-    let n = nside as f64;
     for (b, block) in (0u64..).zip(out.iter_mut()) {
         let mut u = [Double::from(0.5); 8];
         for (lane, u) in (0u64..).zip(u.iter_mut()) {
-            let i = (8 * b + lane + 1).min(2 * nside);
-            let (above, below) = if i < nside {
-                ((i * i) as f64, 6.0 * n * n)
-            } else {
-                ((2 * i - nside) as f64, 6.0 * n)
-            };
-            *u = Double::from(above).div(Double::from(below));
+            *u = healpix_half_angle(nside, (8 * b + lane).min(2 * nside - 1));
+        }
+        *block = RingBlock::from_half_angle(&u, lmax);
+    }
+    Ok(())
+}
+
+/// sin²(θ/2) of a HEALPix ring pair.
+pub(super) fn healpix_half_angle(nside: u64, pair: u64) -> Double {
+    let (i, n) = (pair + 1, nside as f64);
+    let (above, below) = if i < nside {
+        ((i * i) as f64, 6.0 * n * n)
+    } else {
+        ((2 * i - nside) as f64, 6.0 * n)
+    };
+    Double::from(above).div(Double::from(below))
+}
+
+/// θ/2 from sin²(θ/2) ≤ 1/2, by a step of Newton's method.
+pub(super) fn half_angle(u: Double) -> Double {
+    let s = u.sqrt();
+    let first = scalar::asin(s.value());
+    let rest = s.add(sine(first).neg()).value() / scalar::cos(first);
+    Double::from(first).add(Double::from(rest))
+}
+
+/// The rings θ_j = (j + ½)π/n, j = 0 … n/2 − 1, and their southern partners; n even.
+///
+/// # Errors
+/// [`Error::Length`] unless `out` has n/16 entries, rounded up; [`Error::Domain`] for n odd or zero.
+pub fn equidistant_ring_blocks(n: usize, lmax: usize, out: &mut [RingBlock]) -> Result<(), Error> {
+    if n == 0 || !n.is_multiple_of(2) {
+        return Err(Error::Domain {
+            what: "number of equidistant rings, even",
+            value: n as f64,
+        });
+    }
+    Error::check_len("ring blocks", n.div_ceil(16), out.len())?;
+    let pi = Double {
+        hi: core::f64::consts::PI,
+        lo: 1.224_646_799_147_353_2e-16,
+    };
+    for (b, block) in out.iter_mut().enumerate() {
+        let mut u = [Double::from(0.5); 8];
+        for (lane, u) in u.iter_mut().enumerate() {
+            let j = (8 * b + lane).min(n / 2 - 1);
+            let x = pi
+                .mul(Double::from((2 * j + 1) as f64))
+                .div(Double::from((4 * n) as f64));
+            // sin(hi + lo) = sin hi + lo cos hi
+            let s = sine(x.hi).add(Double::from(x.lo * scalar::cos(x.hi)));
+            *u = s.mul(s);
         }
         *block = RingBlock::from_half_angle(&u, lmax);
     }

@@ -13,7 +13,7 @@
 //! 4 FMA of recurrence and 8 of sums per degree: twice the work of two scalar sums, but without a division by sin²θ.
 //! Few orders reach the rings near the poles, so little time is spent here.
 
-use super::legendre::{Coefficient, PhaseBlock, Sums};
+use super::legendre::{Coefficient, PhaseBlock};
 use super::rings::RingBlock;
 use super::start::{CHECK, power, rescale};
 use crate::error::Error;
@@ -343,7 +343,7 @@ fn store_pair<L: Lanes>(
 
 /// The transpose of [`store_pair`].
 #[inline(always)]
-fn load_pair<L: Lanes>(
+pub(super) fn load_pair<L: Lanes>(
     token: L::Token,
     sign: L,
     q: Option<&PhaseBlock>,
@@ -369,7 +369,7 @@ fn load_pair<L: Lanes>(
 }
 
 /// (−1)^(l₀ + m)
-const fn first_sign(m: usize) -> f64 {
+pub(super) const fn first_sign(m: usize) -> f64 {
     if m == 1 { -1.0 } else { 1.0 }
 }
 
@@ -445,164 +445,6 @@ pub fn wigner_synthesis(
             coefficients,
             q,
             u
-        ));
-    }
-    Ok(())
-}
-
-#[inline(always)]
-fn scatter<L: Lanes, const V: usize, const ODD: bool>(
-    token: L::Token,
-    q: &[[L; 2]; V],
-    parts: &Parts<L, V>,
-    sums: &mut Sums,
-) {
-    for k in 0..4 {
-        let mut sum = L::load(token, &sums[k]);
-        for v in 0..V {
-            let (north, south) = if k < 2 {
-                (q[v][0], q[v][1])
-            } else {
-                (q[v][1], q[v][0])
-            };
-            sum = north.mul_add(parts[v][k], sum);
-            sum = if ODD {
-                south.neg_mul_add(parts[v][k + 4], sum)
-            } else {
-                south.mul_add(parts[v][k + 4], sum)
-            };
-        }
-        sum.store(&mut sums[k]);
-    }
-}
-
-#[inline(always)]
-fn adjoint_group<L: Lanes, const V: usize>(
-    token: L::Token,
-    rings: &[RingBlock; V],
-    m: usize,
-    norms: [f64; 2],
-    steps: &[WignerStep],
-    parts: &Parts<L, V>,
-    sums: &mut [Sums],
-) {
-    let mut state = State::<L, V>::begin(token, rings, m, norms);
-    let n = state.start(token, steps);
-    let mut rest = steps.get(n..).unwrap_or(&[]);
-    let mut rest_s = sums.get_mut(n..).unwrap_or(&mut []);
-    while !rest.is_empty() && !state.started(token).1 {
-        let chunk = rest.len().min(CHECK);
-        for (n, (step, sum)) in rest.iter().zip(rest_s.iter_mut()).take(chunk).enumerate() {
-            let live = state.live(token);
-            if n % 2 == 0 {
-                scatter::<L, V, false>(token, &live, parts, sum);
-            } else {
-                scatter::<L, V, true>(token, &live, parts, sum);
-            }
-            state.advance(token, step);
-        }
-        state.rescale(token);
-        rest = rest.get(chunk..).unwrap_or(&[]);
-        rest_s = rest_s.get_mut(chunk..).unwrap_or(&mut []);
-    }
-    let (pairs, _) = rest.as_chunks::<2>();
-    let (pairs_s, last_s) = rest_s.as_chunks_mut::<2>();
-    for (step, sum) in pairs.iter().zip(pairs_s) {
-        scatter::<L, V, false>(token, &state.q, parts, &mut sum[0]);
-        state.advance(token, &step[0]);
-        scatter::<L, V, true>(token, &state.q, parts, &mut sum[1]);
-        state.advance(token, &step[1]);
-    }
-    if let [sum] = last_s {
-        scatter::<L, V, false>(token, &state.q, parts, sum);
-    }
-}
-
-#[inline(always)]
-fn adjoint_body<L: Lanes, const V: usize>(
-    token: L::Token,
-    rings: &[RingBlock],
-    m: usize,
-    norms: [f64; 2],
-    steps: &[WignerStep],
-    q: &[PhaseBlock],
-    u: &[PhaseBlock],
-    sums: &mut [Sums],
-    coefficients: &mut [Coefficient],
-) {
-    for sum in sums.iter_mut() {
-        *sum = Sums::default();
-    }
-    let sign = L::splat(token, first_sign(m));
-    let zero = L::splat(token, 0.0);
-    let mut at = rings.partition_point(|r| r.m_limit < m);
-    while let Some(rest) = rings.get(at..)
-        && let Some(first) = rest.first()
-    {
-        if let Some(group) = rest.first_chunk::<V>() {
-            let mut parts: Parts<L, V> = [[zero; 8]; V];
-            for v in 0..V {
-                parts[v] = load_pair::<L>(token, sign, q.get(at + v), u.get(at + v));
-            }
-            adjoint_group::<L, V>(token, group, m, norms, steps, &parts, sums);
-            at += V;
-        } else {
-            let parts: Parts<L, 1> = [load_pair::<L>(token, sign, q.get(at), u.get(at))];
-            let group = core::array::from_ref(first);
-            adjoint_group::<L, 1>(token, group, m, norms, steps, &parts, sums);
-            at += 1;
-        }
-    }
-    for (coefficient, sum) in coefficients.iter_mut().zip(sums.iter()) {
-        for k in 0..4 {
-            coefficient[k] = L::load(token, &sum[k]).reduce_sum();
-        }
-    }
-}
-
-/// The transpose of [`wigner_synthesis`]; `scratch` as long as `coefficients`, contents of no consequence.
-///
-/// # Errors
-/// [`Error::Length`] as there.
-pub fn wigner_adjoint(
-    level: Level,
-    rings: &[RingBlock],
-    m: usize,
-    norms: [f64; 2],
-    steps: &[WignerStep],
-    q: &[PhaseBlock],
-    u: &[PhaseBlock],
-    coefficients: &mut [Coefficient],
-    scratch: &mut [Sums],
-) -> Result<(), Error> {
-    Error::check_len("coefficients", steps.len(), coefficients.len())?;
-    Error::check_scratch("scratch", steps.len(), scratch.len())?;
-    Error::check_len("phases of Q", rings.len(), q.len())?;
-    Error::check_len("phases of U", rings.len(), u.len())?;
-    let sums = scratch.get_mut(..steps.len()).unwrap_or(&mut []);
-    if level.name() == "avx512" {
-        crate::dispatch!(level, |token: L| adjoint_body::<L, 2>(
-            token,
-            rings,
-            m,
-            norms,
-            steps,
-            q,
-            u,
-            sums,
-            coefficients
-        ));
-    } else {
-        crate::dispatch!(level, |token: L| adjoint_body::<L, 1>(
-            token,
-            rings,
-            m,
-            norms,
-            steps,
-            q,
-            u,
-            sums,
-            coefficients
         ));
     }
     Ok(())

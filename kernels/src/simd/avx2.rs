@@ -65,6 +65,27 @@ pub(super) unsafe fn sum4(v: __m256d) -> f64 {
     }
 }
 
+/// Rows to columns.
+///
+/// # Safety
+/// The CPU must have AVX.
+#[inline(always)]
+unsafe fn transpose4(r: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: the caller has AVX; registers only.
+    unsafe {
+        let l0 = _mm256_unpacklo_pd(r[0], r[1]);
+        let h0 = _mm256_unpackhi_pd(r[0], r[1]);
+        let l1 = _mm256_unpacklo_pd(r[2], r[3]);
+        let h1 = _mm256_unpackhi_pd(r[2], r[3]);
+        [
+            _mm256_permute2f128_pd::<0x20>(l0, l1),
+            _mm256_permute2f128_pd::<0x20>(h0, h1),
+            _mm256_permute2f128_pd::<0x31>(l0, l1),
+            _mm256_permute2f128_pd::<0x31>(h0, h1),
+        ]
+    }
+}
+
 /// Applies an intrinsic to both halves.
 macro_rules! both {
     ($intrinsic:ident, $($x:expr),+) => {
@@ -302,9 +323,59 @@ impl Lanes for Avx2Lanes {
         (Self(m0, m1), Self(e0, e1))
     }
     #[inline(always)]
+    fn prefetch(_: Avx2Token, from: &[f64; 8]) {
+        // SAFETY: a prefetch reads nothing, and the address is that of a reference.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+    }
+    #[inline(always)]
+    fn transpose(_: Avx2Token, r: [Self; 8]) -> [Self; 8] {
+        // SAFETY: the token proves the features; registers only.
+        unsafe {
+            let a = transpose4([r[0].0, r[1].0, r[2].0, r[3].0]);
+            let b = transpose4([r[4].0, r[5].0, r[6].0, r[7].0]);
+            let c = transpose4([r[0].1, r[1].1, r[2].1, r[3].1]);
+            let d = transpose4([r[4].1, r[5].1, r[6].1, r[7].1]);
+            [
+                Self(a[0], b[0]),
+                Self(a[1], b[1]),
+                Self(a[2], b[2]),
+                Self(a[3], b[3]),
+                Self(c[0], d[0]),
+                Self(c[1], d[1]),
+                Self(c[2], d[2]),
+                Self(c[3], d[3]),
+            ]
+        }
+    }
+    #[inline(always)]
     fn reduce_sum(self) -> f64 {
         // SAFETY: lanes exist only with a token; registers only.
         unsafe { sum4(_mm256_add_pd(self.0, self.1)) }
+    }
+    #[inline(always)]
+    fn reduce_sums(of: [Self; 4]) -> [f64; 4] {
+        let mut out = [0.0; 4];
+        // SAFETY: lanes exist only with a token; the array is 32 writable bytes, and the store is unaligned.
+        unsafe {
+            let [a, b, c, d] = [
+                _mm256_add_pd(of[0].0, of[0].1),
+                _mm256_add_pd(of[1].0, of[1].1),
+                _mm256_add_pd(of[2].0, of[2].1),
+                _mm256_add_pd(of[3].0, of[3].1),
+            ];
+            // (0+2, 1+3) of a and c, of b and d
+            let ac = _mm256_add_pd(
+                _mm256_permute2f128_pd::<0x20>(a, c),
+                _mm256_permute2f128_pd::<0x31>(a, c),
+            );
+            let bd = _mm256_add_pd(
+                _mm256_permute2f128_pd::<0x20>(b, d),
+                _mm256_permute2f128_pd::<0x31>(b, d),
+            );
+            let sums = _mm256_add_pd(_mm256_unpacklo_pd(ac, bd), _mm256_unpackhi_pd(ac, bd));
+            _mm256_storeu_pd(out.as_mut_ptr(), sums);
+        }
+        out
     }
 }
 

@@ -234,6 +234,45 @@ impl Lanes for Avx512Lanes {
         }
     }
     #[inline(always)]
+    fn prefetch(_: Avx512Token, from: &[f64; 8]) {
+        // SAFETY: a prefetch reads nothing, and the address is that of a reference.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+    }
+    #[inline(always)]
+    fn transpose(_: Avx512Token, r: [Self; 8]) -> [Self; 8] {
+        // SAFETY: the token proves the features; registers only.
+        unsafe {
+            // pairs of rows: lanes 0 2 4 6 (low) and 1 3 5 7 (high) of both
+            let l0 = _mm512_unpacklo_pd(r[0].0, r[1].0);
+            let h0 = _mm512_unpackhi_pd(r[0].0, r[1].0);
+            let l1 = _mm512_unpacklo_pd(r[2].0, r[3].0);
+            let h1 = _mm512_unpackhi_pd(r[2].0, r[3].0);
+            let l2 = _mm512_unpacklo_pd(r[4].0, r[5].0);
+            let h2 = _mm512_unpackhi_pd(r[4].0, r[5].0);
+            let l3 = _mm512_unpacklo_pd(r[6].0, r[7].0);
+            let h3 = _mm512_unpackhi_pd(r[6].0, r[7].0);
+            // four rows: lanes 0 4, 2 6, 1 5, 3 7
+            let a0 = _mm512_shuffle_f64x2::<0x88>(l0, l1);
+            let a2 = _mm512_shuffle_f64x2::<0xdd>(l0, l1);
+            let a1 = _mm512_shuffle_f64x2::<0x88>(h0, h1);
+            let a3 = _mm512_shuffle_f64x2::<0xdd>(h0, h1);
+            let b0 = _mm512_shuffle_f64x2::<0x88>(l2, l3);
+            let b2 = _mm512_shuffle_f64x2::<0xdd>(l2, l3);
+            let b1 = _mm512_shuffle_f64x2::<0x88>(h2, h3);
+            let b3 = _mm512_shuffle_f64x2::<0xdd>(h2, h3);
+            [
+                Self(_mm512_shuffle_f64x2::<0x88>(a0, b0)),
+                Self(_mm512_shuffle_f64x2::<0x88>(a1, b1)),
+                Self(_mm512_shuffle_f64x2::<0x88>(a2, b2)),
+                Self(_mm512_shuffle_f64x2::<0x88>(a3, b3)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a0, b0)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a1, b1)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a2, b2)),
+                Self(_mm512_shuffle_f64x2::<0xdd>(a3, b3)),
+            ]
+        }
+    }
+    #[inline(always)]
     fn reduce_sum(self) -> f64 {
         // SAFETY: lanes exist only with a token; registers only.
         unsafe {
@@ -243,6 +282,32 @@ impl Lanes for Avx512Lanes {
             );
             super::avx2::sum4(half)
         }
+    }
+    #[inline(always)]
+    fn reduce_sums(of: [Self; 4]) -> [f64; 4] {
+        let mut out = [0.0; 4];
+        // SAFETY: lanes exist only with a token; the array is 32 writable bytes, and the store is unaligned.
+        unsafe {
+            let [a, b, c, d] = [of[0].0, of[1].0, of[2].0, of[3].0];
+            // lower and upper halves: 0+4 … 3+7 of a and b, of c and d
+            let ab = _mm512_add_pd(
+                _mm512_shuffle_f64x2::<0b01_00_01_00>(a, b),
+                _mm512_shuffle_f64x2::<0b11_10_11_10>(a, b),
+            );
+            let cd = _mm512_add_pd(
+                _mm512_shuffle_f64x2::<0b01_00_01_00>(c, d),
+                _mm512_shuffle_f64x2::<0b11_10_11_10>(c, d),
+            );
+            // two partial sums of each
+            let pairs = _mm512_add_pd(
+                _mm512_shuffle_f64x2::<0b10_00_10_00>(ab, cd),
+                _mm512_shuffle_f64x2::<0b11_01_11_01>(ab, cd),
+            );
+            let sums = _mm512_add_pd(pairs, _mm512_permute_pd::<0b0101_0101>(pairs));
+            let first = _mm512_maskz_compress_pd(0b0101_0101, sums);
+            _mm256_storeu_pd(out.as_mut_ptr(), _mm512_castpd512_pd256(first));
+        }
+        out
     }
 }
 

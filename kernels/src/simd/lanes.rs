@@ -55,6 +55,9 @@ pub trait Lanes:
     fn load_f32(token: Self::Token, from: &[f32; 8]) -> Self;
     /// Eight values to memory.
     fn store(self, to: &mut [f64; 8]);
+    /// Asks for the cache line of a value that will be loaded soon.
+    #[inline(always)]
+    fn prefetch(_token: Self::Token, _from: &[f64; 8]) {}
     /// All lanes as an array.
     #[inline(always)]
     fn to_array(self) -> [f64; 8] {
@@ -155,11 +158,40 @@ pub trait Lanes:
     /// For positive normal values: (m, e) with self = m·2^e, 1 ≤ m < 2, both as f64.
     fn split_exponent(self) -> (Self, Self);
 
+    /// Rows to columns: lane j of row i to lane i of row j.
+    #[inline(always)]
+    fn transpose(token: Self::Token, rows: [Self; 8]) -> [Self; 8] {
+        let mut from = [[0.0; 8]; 8];
+        for i in 0..8 {
+            rows[i].store(&mut from[i]);
+        }
+        let mut out = rows;
+        for j in 0..8 {
+            let mut column = [0.0; 8];
+            for i in 0..8 {
+                column[i] = from[i][j];
+            }
+            out[j] = Self::load(token, &column);
+        }
+        out
+    }
+
     /// The sum of all lanes, always as ((0+4)+(2+6)) + ((1+5)+(3+7)).
     #[inline(always)]
     fn reduce_sum(self) -> f64 {
         let a = self.to_array();
         ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+    }
+    /// [`reduce_sum`](Self::reduce_sum) of four vectors, with the same bits.
+    #[inline(always)]
+    fn reduce_sums(of: [Self; 4]) -> [f64; 4] {
+        let [a, b, c, d] = of;
+        [
+            a.reduce_sum(),
+            b.reduce_sum(),
+            c.reduce_sum(),
+            d.reduce_sum(),
+        ]
     }
     /// The greatest lane; NaN lanes are passed over unless all are.
     #[inline(always)]

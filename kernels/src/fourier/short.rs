@@ -1,0 +1,275 @@
+//! Short transforms, which run in the first-level cache: rows and columns of the long ones.
+//!
+//! ```text
+//! short transform of N = R₁ R₂ …, from memory through two buffers:
+//!          for each radix R, m = what is left of N after it, s = product of those before:
+//!            for p in 0 .. m, q in 0 .. s:
+//!              y[q + s (R p + k)] ← e^{−2πi p k/(m R)} (transform of x[q + s (p + m j)], j = 0 … R−1)_k
+//! ```
+//! * The first pass reads from the data, the last writes to them: one load and one store of each value per short
+//!   transform outside the first-level cache.
+//! * Twiddles are scalars, broadcast: all lanes are at the same harmonic.
+
+use super::butterfly::{Z, butterfly};
+use super::transform::Eight;
+use crate::scalar;
+use crate::simd::Lanes;
+
+/// Most radices a short transform can have: its length is below 2^32 and radix 2 occurs once.
+const MOST: usize = 24;
+
+/// A short transform: rows or columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Short {
+    pub(super) len: usize,
+    radices: [u8; MOST],
+    count: usize,
+}
+
+impl Short {
+    pub(super) fn new(len: usize) -> Option<Self> {
+        let mut short = Self {
+            len,
+            radices: [0; MOST],
+            count: 0,
+        };
+        let mut rest = len;
+        for radix in [13, 11, 7, 5, 3] {
+            while rest.is_multiple_of(radix) {
+                short.push(radix)?;
+                rest /= radix;
+            }
+        }
+        if !rest.is_power_of_two() {
+            return None;
+        }
+        // eights, with two fours rather than an eight and a two
+        while rest > 1 {
+            let radix = match rest {
+                2 => 2,
+                4 | 16 => 4,
+                _ => 8,
+            };
+            short.push(radix)?;
+            rest /= radix;
+        }
+        Some(short)
+    }
+
+    fn push(&mut self, radix: usize) -> Option<()> {
+        *self.radices.get_mut(self.count)? = radix as u8;
+        self.count += 1;
+        Some(())
+    }
+
+    fn radices(&self) -> &[u8] {
+        self.radices.get(..self.count).unwrap_or(&[])
+    }
+
+    /// Twiddles of all passes but the last, whose are one.
+    pub(super) fn table_len(&self) -> usize {
+        let mut left = self.len;
+        let mut sum = 0;
+        for &radix in self.radices() {
+            left /= usize::from(radix);
+            if left > 1 {
+                sum += left * (usize::from(radix) - 1);
+            }
+        }
+        sum
+    }
+
+    pub(super) fn fill(&self, table: &mut [[f64; 2]]) {
+        let mut left = self.len;
+        let mut table = table.iter_mut();
+        for &radix in self.radices() {
+            let whole = left;
+            left /= usize::from(radix);
+            for p in (0..left).filter(|_| left > 1) {
+                for k in 1..usize::from(radix) {
+                    if let Some(to) = table.next() {
+                        *to = root(p * k, whole);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// e^{−2πi k/n}, by an angle of at most π/4.
+pub(super) fn root(k: usize, n: usize) -> [f64; 2] {
+    let k = k % n;
+    // eighths of the circle, rounded, and what is left
+    let turn = (8 * k + n) / (2 * n);
+    let rest = (4 * k) as f64 - (turn * n) as f64;
+    let (s, c) = scalar::sin_cos(core::f64::consts::FRAC_PI_2 * (rest / n as f64));
+    match turn % 4 {
+        0 => [c, -s],
+        1 => [-s, -c],
+        2 => [-c, s],
+        _ => [s, c],
+    }
+}
+
+/// Where the values of a short transform lie: first, step.
+#[derive(Clone, Copy)]
+pub(super) struct Run {
+    pub(super) first: usize,
+    pub(super) step: usize,
+}
+
+/// Calls a pass with its radix as a constant.
+macro_rules! by_radix {
+    ($radix:expr, $pass:ident, $($argument:expr),*) => {
+        match $radix {
+            2 => $pass::<L, 2>($($argument),*),
+            3 => $pass::<L, 3>($($argument),*),
+            4 => $pass::<L, 4>($($argument),*),
+            5 => $pass::<L, 5>($($argument),*),
+            7 => $pass::<L, 7>($($argument),*),
+            8 => $pass::<L, 8>($($argument),*),
+            11 => $pass::<L, 11>($($argument),*),
+            13 => $pass::<L, 13>($($argument),*),
+            _ => {}
+        }
+    };
+}
+
+#[inline(always)]
+pub(super) fn short_transform<L: Lanes>(
+    token: L::Token,
+    short: &Short,
+    mut roots: &[[f64; 2]],
+    twist: Option<&[[f64; 2]]>,
+    data: &mut [Eight],
+    run: Run,
+    scratch: &mut [Eight],
+    swap: usize,
+) {
+    let n = short.len;
+    let (a, b) = scratch.split_at_mut(n);
+    let b = &mut b[..n];
+    let (mut from, mut to) = (a, b);
+    let (mut left, mut done) = (n, 1);
+    let packed = Run { first: 0, step: 1 };
+    for (number, &radix) in short.radices().iter().enumerate() {
+        let radix = usize::from(radix);
+        left /= radix;
+        if left > 1 {
+            let (own, rest) = roots.split_at(left * (radix - 1));
+            roots = rest;
+            if number == 0 {
+                by_radix!(radix, pass, token, (left, done), own, &*data, run, to, swap);
+            } else {
+                by_radix!(
+                    radix,
+                    pass,
+                    token,
+                    (left, done),
+                    own,
+                    &*from,
+                    packed,
+                    to,
+                    swap
+                );
+            }
+        } else {
+            if number == 0 {
+                // a single pass: through the buffer all the same
+                for (j, x) in to.iter_mut().enumerate() {
+                    *x = data[run.first + j * run.step];
+                }
+                core::mem::swap(&mut from, &mut to);
+            }
+            by_radix!(
+                radix, last_pass, token, done, twist, &*from, data, run, swap
+            );
+        }
+        done *= radix;
+        core::mem::swap(&mut from, &mut to);
+    }
+}
+
+#[inline(always)]
+fn load<L: Lanes>(token: L::Token, from: &Eight, swap: usize) -> Z<L> {
+    Z {
+        re: L::load(token, &from[swap & 1]),
+        im: L::load(token, &from[swap & 1 ^ 1]),
+    }
+}
+
+#[inline(always)]
+fn store<L: Lanes>(z: Z<L>, to: &mut Eight, swap: usize) {
+    z.re.store(&mut to[swap & 1]);
+    z.im.store(&mut to[swap & 1 ^ 1]);
+}
+
+#[inline(always)]
+fn splat<L: Lanes>(token: L::Token, w: [f64; 2]) -> Z<L> {
+    Z {
+        re: L::splat(token, w[0]),
+        im: L::splat(token, w[1]),
+    }
+}
+
+/// A pass that is not the last, from a run to a packed buffer.
+#[inline(always)]
+fn pass<L: Lanes, const R: usize>(
+    token: L::Token,
+    (left, done): (usize, usize),
+    roots: &[[f64; 2]],
+    from: &[Eight],
+    run: Run,
+    to: &mut [Eight],
+    swap: usize,
+) {
+    let stride = left * done * run.step;
+    for p in 0..left {
+        let own = &roots[p * (R - 1)..(p + 1) * (R - 1)];
+        let out = &mut to[p * done * R..(p + 1) * done * R];
+        for q in 0..done {
+            let first = run.first + (q + p * done) * run.step;
+            let mut x = [Z::zero(token); R];
+            for j in 0..R {
+                x[j] = load(token, &from[first + j * stride], swap);
+            }
+            let y = butterfly::<L, R>(token, x);
+            store(y[0], &mut out[q], swap);
+            for k in 1..R {
+                store(
+                    y[k].times(splat(token, own[k - 1])),
+                    &mut out[q + done * k],
+                    swap,
+                );
+            }
+        }
+    }
+}
+
+/// The last pass, from a packed buffer to a run, with the twist of that run.
+#[inline(always)]
+fn last_pass<L: Lanes, const R: usize>(
+    token: L::Token,
+    done: usize,
+    twist: Option<&[[f64; 2]]>,
+    from: &[Eight],
+    to: &mut [Eight],
+    run: Run,
+    swap: usize,
+) {
+    for q in 0..done {
+        let mut x = [Z::zero(token); R];
+        for j in 0..R {
+            x[j] = load(token, &from[q + j * done], swap);
+        }
+        let y = butterfly::<L, R>(token, x);
+        for k in 0..R {
+            let at = run.first + (q + done * k) * run.step;
+            let z = match twist {
+                Some(twist) => y[k].times(splat(token, twist[at])),
+                None => y[k],
+            };
+            store(z, &mut to[at], swap);
+        }
+    }
+}

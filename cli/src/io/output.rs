@@ -362,11 +362,11 @@ impl Hashed {
         })
     }
 
+    /// Hashes and writes, side by side.
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
-        self.hasher.update(bytes);
-        self.file
-            .write_all(bytes)
-            .map_err(|cause| Error::io("write", &self.shown, &cause))
+        let (file, hasher) = (&mut self.file, &mut self.hasher);
+        let (written, _) = rayon::join(|| file.write_all(bytes), || hasher.update(bytes));
+        written.map_err(|cause| Error::io("write", &self.shown, &cause))
     }
 
     pub(super) fn finish(self) -> Result<String> {

@@ -8,6 +8,7 @@
 use super::plan::ShtPlan;
 use dust3d_kernels::Error;
 use num_complex::Complex;
+use rayon::prelude::*;
 
 type Alm = Complex<f64>;
 
@@ -157,9 +158,10 @@ impl ShtPlan {
             }
             let given = maps.iter().copied().chain(qu.iter().flatten().copied());
             for (map, residual) in given.zip(&mut residual) {
-                for (r, x) in residual.iter_mut().zip(map) {
-                    *r = x - *r;
-                }
+                residual
+                    .par_iter_mut()
+                    .zip(map)
+                    .for_each(|(r, x)| *r = x - *r);
             }
             {
                 let (scalar_maps, pair_maps) = views(&residual, split);
@@ -177,9 +179,7 @@ impl ShtPlan {
                 .map(|a| &mut **a)
                 .chain(eb.iter_mut().flatten().map(|a| &mut **a));
             for (alm, change) in all.zip(&change) {
-                for (a, d) in alm.iter_mut().zip(change) {
-                    *a += d;
-                }
+                alm.par_iter_mut().zip(change).for_each(|(a, d)| *a += d);
             }
         }
         Ok(())

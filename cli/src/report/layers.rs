@@ -120,9 +120,9 @@ pub(super) fn optical_depth(source: &Source<'_>) -> Result<Figure> {
     Ok(figure)
 }
 
-/// Maps of a stage in the order of its panels: I (if any), Q and U of a layer side by side.
-fn stage(source: &Source<'_>, mut figure: Figure, stems: &[(&str, &str)]) -> Result<Figure> {
-    if let Some((_, stem)) = stems.iter().find(|(_, stem)| !source.kept(stem)) {
+/// Maps of a stage, those of a layer side by side; of each, what comes before `_1` is `…/I`, `…/Q` or `…/U`.
+fn stage(source: &Source<'_>, mut figure: Figure, stems: &[&str]) -> Result<Figure> {
+    if let Some(stem) = stems.iter().find(|stem| !source.kept(stem)) {
         figure.lacking = format!(
             "The run did not keep {stem}_1 … {}; {KEEP_ALL}.",
             source.layers
@@ -132,21 +132,19 @@ fn stage(source: &Source<'_>, mut figure: Figure, stems: &[(&str, &str)]) -> Res
     figure.columns = stems.len();
     let mut rows: Vec<(String, Vec<f64>)> = Vec::new();
     for number in 1..=source.layers {
-        for (letter, stem) in stems {
+        for stem in stems {
             let map = source.map(&format!("{stem}_{number}"))?;
-            let show = if *letter == "I" {
+            let letter = stem.rsplit('/').next().unwrap_or(stem);
+            let show = if letter == "I" {
                 Show::Intensity
             } else {
                 Show::Signed
             };
             let title = format!("{letter}, layer {number}");
+            rows.push((title.clone(), Statistics::of(&map).row()));
             figure
                 .panels
                 .push(Panel::Map(source.panel(&map, title, show)?));
-            rows.push((
-                format!("{letter}, layer {number}"),
-                Statistics::of(&map).row(),
-            ));
         }
     }
     let name = figure.id;
@@ -166,11 +164,7 @@ pub(super) fn predicted(source: &Source<'_>) -> Result<Figure> {
     stage(
         source,
         figure,
-        &[
-            ("I", "intensity/I"),
-            ("Q", "predicted/Q"),
-            ("U", "predicted/U"),
-        ],
+        &["intensity/I", "predicted/Q", "predicted/U"],
     )
 }
 
@@ -183,11 +177,7 @@ pub(super) fn renormalised(source: &Source<'_>) -> Result<Figure> {
     );
     figure.caption = "Q and U of each layer after the residual has been shared out and the polarisation fraction capped; they add up to the observed Q and U. Intensity is that of figure 4.".into();
     figure.look = "Observed structure appears in the layers that are bright where it is; loops and the plane's sign stay as the data have them.".into();
-    stage(
-        source,
-        figure,
-        &[("Q", "renormalised/Q"), ("U", "renormalised/U")],
-    )
+    stage(source, figure, &["renormalised/Q", "renormalised/U"])
 }
 
 /// Figure 6: the templates.
@@ -202,11 +192,7 @@ pub(super) fn templates(source: &Source<'_>) -> Result<Figure> {
     stage(
         source,
         figure,
-        &[
-            ("I", "templates/I"),
-            ("Q", "templates/Q"),
-            ("U", "templates/U"),
-        ],
+        &["templates/I", "templates/Q", "templates/U"],
     )
 }
 

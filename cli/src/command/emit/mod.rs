@@ -120,26 +120,30 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
         .map(|run| Harmonics::of(args, run, session.level))
         .collect::<Result<Vec<_>>>()?;
     let nside = common_nside(&runs, &harmonics)?;
+    let transformed = |harmonics: &Harmonics| {
+        let mut bands = bands.iter();
+        bands.any(|band| harmonics.is_needed(band.fwhm_rad))
+    };
     let progress = session.progress();
     let manifest = session.on_threads(0, || {
         let out = RunDir::create(&args.out, args.force)?;
         let mut inputs = Vec::new();
-        let passes = |run: &Run, streamed: bool| match streamed {
-            true => 1,
-            false => bands.len().div_ceil(per_pass(run)),
+        let ways: Vec<Pass> = runs
+            .iter()
+            .zip(&harmonics)
+            .map(|(run, harmonics)| match format(args, run) {
+                MapFormat::Raw(_) if !transformed(harmonics) => Pass::Streamed,
+                _ => Pass::Whole(per_pass(run)),
+            })
+            .collect();
+        let passes = |pass: &Pass| match *pass {
+            Pass::Streamed => 1,
+            Pass::Whole(count) => bands.len().div_ceil(count),
         };
-        let streamed = |run: &Run, harmonics: &Harmonics| {
-            matches!(format(args, run), MapFormat::Raw(_))
-                && !bands.iter().any(|band| harmonics.is_needed(band.fwhm_rad))
-        };
-        let steps = |(run, harmonics): (&Run, &Harmonics)| {
-            passes(run, streamed(run, harmonics)) * slabs(run.npix()).count()
-        };
-        progress.stage(
-            "emission",
-            runs.iter().zip(&harmonics).map(steps).sum::<usize>() as u64,
-        );
-        for (run, harmonics) in runs.iter().zip(&mut harmonics) {
+        let steps = runs.iter().zip(&ways);
+        let steps = steps.map(|(run, pass)| passes(pass) * slabs(run.npix()).count());
+        progress.stage("emission", steps.sum::<usize>() as u64);
+        for ((run, harmonics), pass) in runs.iter().zip(&mut harmonics).zip(ways) {
             let suffix = match run.manifest.seed {
                 Some(seed) if seeds => format!("_seed{seed:04}"),
                 _ => String::new(),
@@ -152,24 +156,20 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
                 suffix,
             };
             let mut read = Vec::new();
-            if streamed(run, harmonics) {
-                writer.stream(&bands, session, progress.as_ref(), &mut read)?;
-                inputs.append(&mut read);
-                continue;
-            }
-            for pass in bands.chunks(per_pass(run)) {
-                read.clear();
-                let maps = replay::emission(
-                    run,
-                    args.model,
-                    &nodes(pass),
-                    session.level,
-                    &mut read,
-                    || progress.advance(1),
-                )?;
-                for (band, stokes) in pass.iter().zip(maps) {
-                    let made = harmonics.apply(stokes, &args.stokes, band.fwhm_rad)?;
-                    writer.write(band, &made, harmonics.lmax)?;
+            match pass {
+                Pass::Streamed => writer.stream(&bands, session, progress.as_ref(), &mut read)?,
+                Pass::Whole(count) => {
+                    for bands in bands.chunks(count) {
+                        read.clear();
+                        let step = || progress.advance(1);
+                        let (model, level) = (args.model, session.level);
+                        let maps =
+                            replay::emission(run, model, &nodes(bands), level, &mut read, step)?;
+                        for (band, stokes) in bands.iter().zip(maps) {
+                            let made = harmonics.apply(stokes, &args.stokes, band.fwhm_rad)?;
+                            writer.write(band, &made, harmonics.lmax)?;
+                        }
+                    }
                 }
             }
             inputs.append(&mut read);
@@ -182,10 +182,7 @@ pub(super) fn execute(args: &Args, session: &Session) -> Result<()> {
             manifest.seed = run.manifest.seed;
             manifest.layers = run.manifest.layers;
         }
-        let transformed = bands
-            .iter()
-            .any(|band| harmonics[0].is_needed(band.fwhm_rad));
-        manifest.lmax = transformed.then_some(harmonics[0].lmax);
+        manifest.lmax = transformed(&harmonics[0]).then_some(harmonics[0].lmax);
         manifest.coordinates = args.coord.name().to_ascii_uppercase();
         manifest.inputs = inputs;
         out.finish(manifest)
@@ -226,6 +223,15 @@ fn open(dirs: &[PathBuf]) -> Result<Vec<Run>> {
         }
     }
     Ok(runs)
+}
+
+/// How the maps of a run are made.
+#[derive(Clone, Copy)]
+enum Pass {
+    /// All bands in one pass, written as they come.
+    Streamed,
+    /// Whole maps of so many bands at a time.
+    Whole(usize),
 }
 
 /// How many bands fit in memory at once.

@@ -5,6 +5,7 @@
 //! have no name: the system removes them however the program ends.
 
 use crate::error::{Error, Result};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Write as _;
 use std::ops::Range;
@@ -133,21 +134,32 @@ impl Stored {
         self.len() == 0
     }
 
-    /// The values in `range`, which lies in the map: borrowed, or read into `buffer`. Threads may read at once.
+    /// The values in `range`, which lies in the map: borrowed, or read from disk. Threads may read at once.
     ///
     /// # Errors
     /// The scratch file cannot be read.
-    pub fn view<'a>(&'a self, range: Range<usize>, buffer: &'a mut Vec<f64>) -> Result<&'a [f64]> {
+    pub fn view(&self, range: Range<usize>) -> Result<Cow<'_, [f64]>> {
         match self {
-            Self::Memory(map) => Ok(&map[range]),
+            Self::Memory(map) => Ok(Cow::Borrowed(&map[range])),
             Self::Disk { file, dir, .. } => {
-                buffer.resize(range.len(), 0.0);
-                let bytes: &mut [u8] = bytemuck::cast_slice_mut(buffer);
-                read_at(file, bytes, range.start as u64 * 8)
-                    .map_err(|cause| Error::io("read a scratch file in", dir, &cause))?;
-                Ok(buffer)
+                let mut values = vec![0.0; range.len()];
+                read_at(
+                    file,
+                    bytemuck::cast_slice_mut(&mut values),
+                    range.start as u64 * 8,
+                )
+                .map_err(|cause| Error::io("read a scratch file in", dir, &cause))?;
+                Ok(Cow::Owned(values))
             }
         }
+    }
+
+    /// All values: borrowed, or read from disk.
+    ///
+    /// # Errors
+    /// The scratch file cannot be read.
+    pub fn whole(&self) -> Result<Cow<'_, [f64]>> {
+        self.view(0..self.len())
     }
 
     /// The whole map, and the end of the stored one.
@@ -157,24 +169,7 @@ impl Stored {
     pub fn take(self) -> Result<Vec<f64>> {
         match self {
             Self::Memory(map) => Ok(map),
-            Self::Disk { len, .. } => {
-                let mut map = Vec::new();
-                self.view(0..len, &mut map)?;
-                Ok(map)
-            }
-        }
-    }
-
-    /// A copy of the whole map.
-    ///
-    /// # Errors
-    /// The scratch file cannot be read.
-    pub fn load(&self) -> Result<Vec<f64>> {
-        let mut map = Vec::new();
-        let values = self.view(0..self.len(), &mut map)?;
-        match self {
-            Self::Memory(_) => Ok(values.to_vec()),
-            Self::Disk { .. } => Ok(map),
+            Self::Disk { .. } => Ok(self.whole()?.into_owned()),
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The report of a run: what it holds, its numbers recomputed from the run's files, its verdict.
 
 use crate::shell::Shell;
-use dust3d::cut_sky::{Harmonics, Mask, Master};
+use dust3d::cut_sky::{Mask, Master};
 use dust3d::kernels::healpix::{Nside, ring};
 use dust3d::kernels::simd::Level;
-use dust3d::sht::ShtPlan;
+use dust3d::sht::{Harmonics, ShtPlan};
 use serde_json::Value;
 use std::collections::BTreeMap;
 

@@ -5,11 +5,11 @@
 //! turns one into the other. Multipoles outside the bands are taken as empty.
 
 use super::mask::Mask;
-use super::pseudo::Spectra;
 use crate::error::{Error, Result};
 use crate::kernels::spectra::{
     CouplingRow, coupling_row_into, coupling_scratch_len, cross_spectrum,
 };
+use crate::sht::Spectra;
 use crate::sht::{Analysis, ShtPlan};
 use num_complex::Complex;
 use rayon::prelude::*;

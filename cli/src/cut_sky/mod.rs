@@ -12,4 +12,3 @@ pub mod pseudo;
 
 pub use mask::Mask;
 pub use master::{BandPowers, Master};
-pub use pseudo::{Harmonics, Spectra};

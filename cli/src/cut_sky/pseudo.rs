@@ -8,45 +8,19 @@
 use super::mask::Mask;
 use crate::Error;
 use crate::kernels::sht::alm;
-use crate::kernels::spectra::cross_spectrum;
-use crate::sht::{Analysis, ShtPlan};
+use crate::sht::{Harmonics, ShtPlan, Spectra, StokesView};
 use num_complex::Complex;
-
-type Alm = Vec<Complex<f64>>;
-
-/// a_lm of intensity and polarisation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Harmonics {
-    /// Intensity.
-    pub t: Alm,
-    /// E modes.
-    pub e: Alm,
-    /// B modes.
-    pub b: Alm,
-}
-
-/// TT, EE, BB and TE, l = 0 … lmax; of two skies, their cross-spectra.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Spectra {
-    /// Intensity.
-    pub tt: Vec<f64>,
-    /// E modes.
-    pub ee: Vec<f64>,
-    /// B modes.
-    pub bb: Vec<f64>,
-    /// Intensity of the first, E modes of the second.
-    pub te: Vec<f64>,
-}
-
-/// I, Q, U.
-pub type Stokes<'a> = [&'a [f64]; 3];
 
 impl Harmonics {
     /// Of I, Q, U times the weights of a mask (none: the whole sky).
     ///
     /// # Errors
     /// If a map does not fit the plan.
-    pub fn of(plan: &mut ShtPlan, maps: Stokes<'_>, mask: Option<&Mask>) -> Result<Self, Error> {
+    pub fn of(
+        plan: &mut ShtPlan,
+        maps: StokesView<'_>,
+        mask: Option<&Mask>,
+    ) -> Result<Self, Error> {
         Ok(Self::of_all(plan, &[maps], mask)?.remove(0))
     }
 
@@ -56,7 +30,7 @@ impl Harmonics {
     /// If a map does not fit the plan.
     pub fn of_all(
         plan: &mut ShtPlan,
-        skies: &[Stokes<'_>],
+        skies: &[StokesView<'_>],
         mask: Option<&Mask>,
     ) -> Result<Vec<Self>, Error> {
         let weighted: Vec<[Vec<f64>; 3]> = match mask {
@@ -73,7 +47,7 @@ impl Harmonics {
                 })
                 .collect(),
         };
-        let skies: Vec<Stokes<'_>> = if mask.is_some() {
+        let skies: Vec<StokesView<'_>> = if mask.is_some() {
             weighted
                 .iter()
                 .map(|maps| maps.each_ref().map(Vec::as_slice))
@@ -81,50 +55,7 @@ impl Harmonics {
         } else {
             skies.to_vec()
         };
-        let zero = vec![Complex::new(0.0, 0.0); plan.alm_len()];
-        let mut out = vec![
-            Self {
-                t: zero.clone(),
-                e: zero.clone(),
-                b: zero,
-            };
-            skies.len()
-        ];
-        let scalars: Vec<&[f64]> = skies.iter().map(|maps| maps[0]).collect();
-        let pairs: Vec<[&[f64]; 2]> = skies.iter().map(|maps| [maps[1], maps[2]]).collect();
-        let (mut t, mut eb) = (Vec::new(), Vec::new());
-        for sky in &mut out {
-            t.push(sky.t.as_mut_slice());
-            eb.push([sky.e.as_mut_slice(), sky.b.as_mut_slice()]);
-        }
-        plan.analysis_mixed(&scalars, &pairs, &mut t, &mut eb, &Analysis::default())?;
-        Ok(out)
-    }
-
-    /// Auto-spectra.
-    ///
-    /// # Errors
-    /// If the lengths are not those of `lmax`.
-    pub fn spectra(&self, lmax: usize) -> Result<Spectra, Error> {
-        self.cross(self, lmax)
-    }
-
-    /// Cross-spectra with another sky.
-    ///
-    /// # Errors
-    /// If the lengths are not those of `lmax`.
-    pub fn cross(&self, other: &Self, lmax: usize) -> Result<Spectra, Error> {
-        let cross = |a: &Alm, b: &Alm| -> Result<Vec<f64>, Error> {
-            let mut c = vec![0.0; lmax + 1];
-            cross_spectrum(a, b, &mut c)?;
-            Ok(c)
-        };
-        Ok(Spectra {
-            tt: cross(&self.t, &other.t)?,
-            ee: cross(&self.e, &other.e)?,
-            bb: cross(&self.b, &other.b)?,
-            te: cross(&self.t, &other.e)?,
-        })
+        Self::analyse(plan, &skies)
     }
 }
 
@@ -151,7 +82,7 @@ pub fn mean(map: &[f64], mask: &Mask) -> f64 {
 
 /// Coefficients up to `to` of those up to `from`: cut, or continued by zeros.
 #[must_use]
-pub fn truncated(from_alm: &[Complex<f64>], from: usize, to: usize) -> Alm {
+pub fn truncated(from_alm: &[Complex<f64>], from: usize, to: usize) -> Vec<Complex<f64>> {
     let mut out = vec![Complex::new(0.0, 0.0); alm::len(to)];
     for m in 0..=to.min(from) {
         for l in m..=to.min(from) {

@@ -12,6 +12,7 @@ use crate::store::{Stored, slabs};
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::planck::mbb::MbbNode;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Finest grid of the overview's maps: finer than its picture's pixels.
@@ -42,7 +43,7 @@ impl Realisation<'_> {
             let layers = templates
                 .iter()
                 .zip(laws.t.iter().zip(&laws.beta))
-                .map(|(stokes, (t, beta))| SlabLayer::read(stokes, t, beta, slab.clone()))
+                .map(|(stokes, (t, beta))| SlabLayer::read(stokes, t, beta, &slab))
                 .collect::<Result<Vec<_>, Error>>()?;
             for layer in &layers {
                 for (sum, map) in sum.iter_mut().zip(&layer.stokes) {
@@ -51,8 +52,8 @@ impl Realisation<'_> {
             }
             let total = sum.each_ref().map(|map| &map[slab.clone()]);
             let filled = |map: &Stored, mean: f64| -> Result<Vec<f64>, Error> {
-                let mut own = Vec::new();
-                let values = map.view(slab.clone(), &mut own)?.iter();
+                let values = map.view(slab.clone())?;
+                let values = values.iter();
                 Ok(values
                     .map(|&x| if is_missing(x) { mean } else { x })
                     .collect())
@@ -145,23 +146,20 @@ impl Realisation<'_> {
 }
 
 /// A layer and its laws in some pixels.
-struct SlabLayer {
-    stokes: [Vec<f64>; 3],
-    t: Vec<f64>,
-    beta: Vec<f64>,
+struct SlabLayer<'a> {
+    stokes: [Cow<'a, [f64]>; 3],
+    t: Cow<'a, [f64]>,
+    beta: Cow<'a, [f64]>,
 }
 
-impl SlabLayer {
+impl<'a> SlabLayer<'a> {
     fn read(
-        [i, q, u]: &[Stored; 3],
-        t: &Stored,
-        beta: &Stored,
-        slab: Range<usize>,
+        [i, q, u]: &'a [Stored; 3],
+        t: &'a Stored,
+        beta: &'a Stored,
+        slab: &Range<usize>,
     ) -> Result<Self, Error> {
-        let read = |map: &Stored| -> Result<Vec<f64>, Error> {
-            let mut own = Vec::new();
-            Ok(map.view(slab.clone(), &mut own)?.to_vec())
-        };
+        let read = |map: &'a Stored| map.view(slab.clone());
         Ok(Self {
             stokes: [read(i)?, read(q)?, read(u)?],
             t: read(t)?,
@@ -169,9 +167,9 @@ impl SlabLayer {
         })
     }
 
-    fn with<'a>(&'a self, law: Law<'a>) -> Layer<'a> {
+    fn with<'b>(&'b self, law: Law<'b>) -> Layer<'b> {
         Layer {
-            stokes: self.stokes.each_ref().map(Vec::as_slice),
+            stokes: self.stokes.each_ref().map(|map| &**map),
             law,
         }
     }
@@ -209,8 +207,7 @@ fn add(sum: &mut [f64], map: &[f64]) {
 
 /// Mean over the pixels that are not missing.
 fn mean(map: &Stored) -> Result<f64, Error> {
-    let mut own = Vec::new();
-    Ok(mean_std(map.view(0..map.len(), &mut own)?).0)
+    Ok(mean_std(&map.whole()?).0)
 }
 
 /// T and β fitted to the total at the pixel centres of the overview's grid.

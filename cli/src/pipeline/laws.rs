@@ -84,7 +84,7 @@ impl Realisation<'_> {
 
     fn measure(&mut self) -> Result<ObservedLaws, Error> {
         let base = &mut *self.base;
-        let (t, beta) = (base.t.load()?, base.beta.load()?);
+        let (t, beta) = (base.t.whole()?, base.beta.whole()?);
         ObservedLaws::measure(&mut base.plan, &t, &beta, base.laws_nside)
     }
 
@@ -119,12 +119,10 @@ impl Realisation<'_> {
                 fit: whole.fit(fit, &factors)?,
             });
         }
-        let mut buffer = Vec::new();
         let picked = templates
             .iter()
-            .map(|[i, ..]| Ok(pick(i.view(0..i.len(), &mut buffer)?)))
+            .map(|[i, ..]| Ok(pick(&i.whole()?)))
             .collect::<Result<Vec<_>, Error>>()?;
-        drop(buffer);
         let sample = Sky {
             intensity: picked.iter().collect(),
             t: t.sample.iter().collect(),

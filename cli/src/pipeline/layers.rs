@@ -120,12 +120,10 @@ impl Preparation<'_> {
         self.progress.stage("pitch angle", 1);
         let nside = Nside::new(u64::from(config.fit_nside).min(self.nside.get()))?;
         let coarse = |map: &[f64]| regrid::scalar(map, self.nside, nside, self.level);
-        let mut buffer = Vec::new();
-        let mut layers = Vec::new();
-        for map in intensities {
-            layers.push(coarse(map.view(0..map.len(), &mut buffer)?)?);
-        }
-        drop(buffer);
+        let layers = intensities
+            .iter()
+            .map(|map| coarse(&map.whole()?))
+            .collect::<Result<Vec<_>, Error>>()?;
         let fit = pitch::fit(
             &pitch::Scan {
                 config,
@@ -155,26 +153,14 @@ impl Preparation<'_> {
         intensities: &[Stored],
     ) -> Result<(Vec<Stored>, Vec<Stored>), Error> {
         let npix = observed.i.len();
-        let predicted = "predicted by the field";
-        let renormalised = "adding up to the observed";
         let writer = self.writer;
-        let files = |stem: &str, quantity: &str, unit: &str| {
-            let of = |stokes: &str| {
-                let (stem, quantity) = (stem.replace('X', stokes), quantity.replace('X', stokes));
-                writer.layers(&stem, &quantity, unit)
-            };
-            let lower = |files: Result<_, Error>| files;
-            Ok::<_, Error>((lower(of("Q"))?, lower(of("U"))?))
-        };
+        let stokes = |stem: &str, quantity: &str| writer.layers(stem, quantity, "MJy/sr");
         let mut field_q = writer.layers("field/q", "Q/I of the field model", "")?;
         let mut field_u = writer.layers("field/u", "U/I of the field model", "")?;
-        let (mut predicted_q, mut predicted_u) =
-            files("predicted/X", &format!("Stokes X {predicted}"), "MJy/sr")?;
-        let (mut final_q, mut final_u) = files(
-            "renormalised/X",
-            &format!("Stokes X, {renormalised}"),
-            "MJy/sr",
-        )?;
+        let mut predicted_q = stokes("predicted/Q", "Stokes Q predicted by the field")?;
+        let mut predicted_u = stokes("predicted/U", "Stokes U predicted by the field")?;
+        let mut final_q = stokes("renormalised/Q", "Stokes Q, adding up to the observed")?;
+        let mut final_u = stokes("renormalised/U", "Stokes U, adding up to the observed")?;
         let (mut kept_q, mut kept_u) = (self.begin(npix)?, self.begin(npix)?);
         let mut counts = Counts::default();
         for slab in slabs(npix) {
@@ -183,11 +169,9 @@ impl Preparation<'_> {
             append(&mut field_u, &u)?;
             let intensity = intensities
                 .iter()
-                .map(|map| {
-                    let mut own = Vec::new();
-                    Ok(map.view(slab.clone(), &mut own)?.to_vec())
-                })
+                .map(|map| map.view(slab.clone()))
                 .collect::<Result<Vec<_>, Error>>()?;
+            let intensity: Vec<&[f64]> = intensity.iter().map(|map| &**map).collect();
             let mut q = polarisation::predicted(q, &intensity);
             let mut u = polarisation::predicted(u, &intensity);
             append(&mut predicted_q, &q)?;

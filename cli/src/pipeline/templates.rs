@@ -2,7 +2,8 @@
 
 use super::{Realisation, records};
 use crate::Error;
-use crate::stages::small_scales::{self, Fitted, Harmonics, StokesMaps};
+use crate::sht::Harmonics;
+use crate::stages::small_scales::{self, Fitted, StokesMaps};
 use crate::store::{Store, Stored};
 use num_complex::Complex;
 
@@ -28,8 +29,7 @@ impl Measured {
 
     fn load(&self) -> Result<(Harmonics, Fitted), Error> {
         let alm = |stored: &Stored| -> Result<Vec<Complex<f64>>, Error> {
-            let mut own = Vec::new();
-            let flat = stored.view(0..stored.len(), &mut own)?;
+            let flat = stored.whole()?;
             let (pairs, _) = flat.as_chunks::<2>();
             Ok(pairs.iter().map(|&[re, im]| Complex::new(re, im)).collect())
         };
@@ -81,7 +81,8 @@ impl Realisation<'_> {
         let slot = &mut self.base.layers[number - 1];
         let [i, q, u] = if self.base.options.reuse {
             let [i, q, u] = slot.as_ref().ok_or_else(gone)?;
-            [i.load()?, q.load()?, u.load()?]
+            let copy = |map: &Stored| Ok::<_, Error>(map.whole()?.into_owned());
+            [copy(i)?, copy(q)?, copy(u)?]
         } else {
             let [i, q, u] = slot.take().ok_or_else(gone)?;
             [i.take()?, q.take()?, u.take()?]

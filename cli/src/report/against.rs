@@ -3,12 +3,11 @@
 use super::figure::{Figure, Panel, Table};
 use super::numbers::{STATISTICS, Statistics, by_l, correlation, curve};
 use super::source::{Show, Source, panel};
-use crate::cut_sky::{Harmonics, Spectra};
 use crate::error::Result;
 use crate::io::{Manifest, Run};
 use crate::kernels::healpix::Nside;
 use crate::plot::{Axis, Chart, Spread};
-use crate::sht::ShtPlan;
+use crate::sht::{Harmonics, ShtPlan, Spectra};
 use crate::stages::emission::Stokes;
 use crate::stages::regrid;
 

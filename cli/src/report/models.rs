@@ -3,14 +3,14 @@
 use super::figure::{Check, Figure, Panel, Table, decimal};
 use super::numbers::{by_l, correlation, curve, mean_over_l};
 use super::sky::lacking_observations;
-use super::source::Source;
+use super::source::{Source, views};
+use crate::cut_sky::Mask;
 use crate::cut_sky::pseudo::truncated;
-use crate::cut_sky::{Harmonics, Mask, Spectra};
 use crate::error::Result;
 use crate::kernels::healpix::Nside;
 use crate::kernels::spectra::{beam, scale_by_l};
 use crate::plot::{Axis, Chart, Curve, Spread};
-use crate::sht::ShtPlan;
+use crate::sht::{Harmonics, ShtPlan, Spectra};
 use crate::stages::emission::{Model, Stokes};
 
 /// Beam to which maps are smoothed before models are compared, degrees.
@@ -47,10 +47,6 @@ impl Emission {
     pub(super) fn three_d(&self) -> Vec<(u32, &Stokes)> {
         FREQUENCIES.into_iter().zip(&self.maps[0]).rev().collect()
     }
-}
-
-fn views(stokes: &Stokes) -> [&[f64]; 3] {
-    stokes.each_ref().map(Vec::as_slice)
 }
 
 /// Skies smoothed to 2° and weighted by a mask, as a_lm on a coarser grid.

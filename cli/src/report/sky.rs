@@ -3,10 +3,10 @@
 use super::figure::{Figure, MapPanel, Panel};
 use super::layers::KEEP_ALL;
 use super::numbers::{STATISTICS, Statistics};
-use super::source::{Show, Source, look};
-use crate::cut_sky::Harmonics;
+use super::source::{Show, Source, look, views};
 use crate::error::Result;
 use crate::plot::View;
+use crate::sht::Harmonics;
 use crate::stages::emission::Stokes;
 
 /// The detail of the paper: longitude, latitude, side, degrees.
@@ -65,65 +65,27 @@ pub(super) fn observed(source: &mut Source<'_>) -> Result<Figure> {
     figure.caption = "What the run took as observed, polarisation as its E and B modes, at 353 GHz and at the frequencies that are given for validation.".into();
     figure.look = "These maps are inputs: what is wrong with them is wrong with the run.".into();
     let mut rows = Vec::new();
-    let alm = source.observed_alm.clone();
-    let [e, b] = modes(source, &alm)?;
-    add(
-        source,
-        &mut figure,
-        &mut rows,
-        &source.observed[0],
-        "T, 353 GHz",
-        Show::Intensity,
-    )?;
-    add(
-        source,
-        &mut figure,
-        &mut rows,
-        &e,
-        "E, 353 GHz",
-        Show::Signed,
-    )?;
-    add(
-        source,
-        &mut figure,
-        &mut rows,
-        &b,
-        "B, 353 GHz",
-        Show::Signed,
-    )?;
+    let mut skies = vec![(353, source.observed[0].clone(), source.observed_alm.clone())];
     let mut without = Vec::new();
     for ghz in [217, 143] {
-        let Some(stokes) = source.observed_at(ghz)? else {
+        if let Some(stokes) = source.observed_at(ghz)? {
+            let alm = Harmonics::of(&mut source.plan, views(&stokes), None)?;
+            let [t, ..] = stokes;
+            skies.push((ghz, t, alm));
+        } else {
             without.push(ghz.to_string());
-            continue;
-        };
-        let views = stokes.each_ref().map(Vec::as_slice);
-        let alm = Harmonics::of(&mut source.plan, views, None)?;
-        let [e, b] = modes(source, &alm)?;
-        add(
-            source,
-            &mut figure,
-            &mut rows,
-            &stokes[0],
-            &format!("T, {ghz} GHz"),
-            Show::Intensity,
-        )?;
-        add(
-            source,
-            &mut figure,
-            &mut rows,
-            &e,
-            &format!("E, {ghz} GHz"),
-            Show::Signed,
-        )?;
-        add(
-            source,
-            &mut figure,
-            &mut rows,
-            &b,
-            &format!("B, {ghz} GHz"),
-            Show::Signed,
-        )?;
+        }
+    }
+    for (ghz, t, alm) in &skies {
+        let [e, b] = modes(source, alm)?;
+        for (letter, map, show) in [
+            ("T", t, Show::Intensity),
+            ("E", &e, Show::Signed),
+            ("B", &b, Show::Signed),
+        ] {
+            let title = format!("{letter}, {ghz} GHz");
+            add(source, &mut figure, &mut rows, map, &title, show)?;
+        }
     }
     if !without.is_empty() {
         figure.lacking = lacking_observations(&without);

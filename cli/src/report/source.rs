@@ -2,7 +2,7 @@
 
 use super::figure::MapPanel;
 use crate::config::Config;
-use crate::cut_sky::{Harmonics, Mask, mask};
+use crate::cut_sky::{Mask, mask};
 use crate::error::{Error, Result};
 use crate::io::Run;
 use crate::kernels::healpix::missing::{MISSING, is_missing};
@@ -10,7 +10,7 @@ use crate::kernels::healpix::{Nside, resample};
 use crate::kernels::simd::Level;
 use crate::plot::{Colours, Scale, View};
 use crate::replay;
-use crate::sht::ShtPlan;
+use crate::sht::{Harmonics, ShtPlan, StokesView};
 use crate::stages::emission::{Model, Stokes, monochromatic};
 use std::collections::BTreeMap;
 
@@ -234,6 +234,11 @@ pub(super) enum Show {
     Positive(&'static str),
     /// Evenly over the values, of this unit.
     Even(&'static str),
+}
+
+/// I, Q, U, borrowed.
+pub(super) fn views(stokes: &Stokes) -> StokesView<'_> {
+    stokes.each_ref().map(Vec::as_slice)
 }
 
 /// A map of the whole sky to be shown.

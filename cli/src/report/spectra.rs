@@ -4,12 +4,13 @@ use super::figure::{Check, Figure, Panel, Table, decimal};
 use super::layers::KEEP_ALL;
 use super::numbers::{by_l, correlation, curve, mean_over_l};
 use super::sky::lacking_observations;
-use super::source::Source;
+use super::source::{Source, views};
 use crate::cut_sky::master::band_weight;
-use crate::cut_sky::{Harmonics, Mask, Master, Spectra};
+use crate::cut_sky::{Mask, Master};
 use crate::error::{Error, Result};
 use crate::kernels::spectra::{PowerLaw, beam};
 use crate::plot::{Axis, Chart, Curve, Spread, Style};
+use crate::sht::{Harmonics, Spectra};
 use crate::stages::emission::Stokes;
 
 /// Slopes of TT that the paper finds.
@@ -18,10 +19,6 @@ const PAPER_SLOPES: (f64, f64) = (-3.2, -2.2);
 const TE_TOLERANCE: f64 = 0.03;
 /// Least scatter of that of a single multipole: on coarse grids few of them lie beyond the observed scales.
 const TE_SCATTER: f64 = 0.06;
-
-fn views(stokes: &Stokes) -> [&[f64]; 3] {
-    stokes.each_ref().map(Vec::as_slice)
-}
 
 fn diagram(title: impl Into<String>, spread: Spread, curves: Vec<Curve>) -> Panel {
     let what = if spread == Spread::Log {

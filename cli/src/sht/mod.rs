@@ -14,11 +14,12 @@
 //! | `…_batch`, `…_mixed` | several maps, or scalar maps and spin-2 pairs, sharing recurrences; the same bits as one by one |
 //!
 //! Work is divided among the threads of the rayon pool of the caller; with one thread nothing leaves the calling one.
-//! Results do not depend on the number of threads.
+//! Results do not depend on the number of threads. [`Harmonics`] holds the coefficients of I, Q, U together.
 
 mod analysis;
 mod equidistant;
 mod group;
+mod harmonics;
 mod legendre;
 mod orders;
 mod plan;
@@ -28,5 +29,6 @@ mod weights;
 mod workers;
 
 pub use analysis::{Analysis, Converged};
+pub use harmonics::{Harmonics, Spectra, StokesView};
 pub use plan::ShtPlan;
 pub use rotation::rotate_alms;

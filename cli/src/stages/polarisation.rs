@@ -11,11 +11,11 @@ use rayon::prelude::*;
 
 /// Q̃ (or Ũ) of every layer: `ratios` · `intensities`, in place of the ratios.
 #[must_use]
-pub fn predicted(mut ratios: Vec<Vec<f64>>, intensities: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn predicted(mut ratios: Vec<Vec<f64>>, intensities: &[&[f64]]) -> Vec<Vec<f64>> {
     for (ratio, intensity) in ratios.iter_mut().zip(intensities) {
         ratio
             .par_iter_mut()
-            .zip(intensity)
+            .zip(*intensity)
             .for_each(|(r, i)| *r *= i);
     }
     ratios
@@ -28,7 +28,7 @@ pub fn predicted(mut ratios: Vec<Vec<f64>>, intensities: &[Vec<f64>]) -> Vec<Vec
 pub fn renormalise(
     q: &mut Vec<Vec<f64>>,
     u: &mut Vec<Vec<f64>>,
-    intensities: &[Vec<f64>],
+    intensities: &[&[f64]],
     (q_obs, u_obs): (&[f64], &[f64]),
     p_max: f64,
 ) -> Result<Counts, Error> {

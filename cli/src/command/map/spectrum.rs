@@ -4,13 +4,13 @@ use super::super::print;
 use super::super::session::Session;
 use super::harmonics::Maps;
 use super::mask;
-use crate::cut_sky::{Master, Spectra};
+use crate::cut_sky::Master;
 use crate::error::Result;
 use crate::io::fits::write::{self as fits, Provenance};
 use crate::io::output::write_atomically;
 use crate::kernels::healpix::Nside;
 use crate::kernels::spectra::cross_spectrum;
-use crate::sht::ShtPlan;
+use crate::sht::{ShtPlan, Spectra};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -129,22 +129,18 @@ impl Sky<'_> {
         let n = range.len();
         let (mut t, mut beta) = (vec![0.0; n], vec![0.0; n]);
         let mut total = Total::new(fit, n);
-        let mut buffers: [Vec<f64>; 3] = Default::default();
         for (layer, intensity) in self.intensity.iter().enumerate() {
-            let [i, dt, db] = &mut buffers;
             let averages = (
                 factors.avg * self.averages.t[layer],
                 self.averages.beta[layer],
             );
-            let fluctuations = self.t[layer]
-                .view(range.clone(), dt)?
-                .iter()
-                .zip(self.beta[layer].view(range.clone(), db)?);
-            for ((t, beta), (dt, db)) in t.iter_mut().zip(&mut beta).zip(fluctuations) {
+            let dt = self.t[layer].view(range.clone())?;
+            let db = self.beta[layer].view(range.clone())?;
+            for ((t, beta), (dt, db)) in t.iter_mut().zip(&mut beta).zip(dt.iter().zip(&*db)) {
                 *t = law(averages.0, factors.t, *dt, T_FLOOR);
                 *beta = law(averages.1, factors.beta, *db, BETA_FLOOR);
             }
-            total.add(self.level, intensity.view(range.clone(), i)?, &t, &beta)?;
+            total.add(self.level, &intensity.view(range.clone())?, &t, &beta)?;
         }
         total.fit(self.level, &mut t, &mut beta)?;
         let mut sums = [0.0; 6];

@@ -305,13 +305,7 @@ impl<'a> PowerMatch<'a> {
         let map = self.layer.with(kappa)?;
         let mut alm = vec![Complex::new(0.0, 0.0); alm::len(self.plan.lmax())];
         self.plan.analysis(&map, &mut alm, analysis)?;
-        let excess = self.excess_of(&alm)?;
-        Ok(Trial {
-            kappa,
-            map,
-            alm,
-            excess,
-        })
+        self.trial(kappa, map, alm)
     }
 
     /// The layer with amplitude κ, its difference to an accurate trial analysed.
@@ -333,6 +327,10 @@ impl<'a> PowerMatch<'a> {
         let mut alm = vec![Complex::new(0.0, 0.0); from.alm.len()];
         self.plan.analysis(&difference, &mut alm, &analysis)?;
         alm.par_iter_mut().zip(&from.alm).for_each(|(a, b)| *a += b);
+        self.trial(kappa, map, alm)
+    }
+
+    fn trial(&mut self, kappa: f64, map: Vec<f64>, alm: Vec<Complex<f64>>) -> Result<Trial, Error> {
         let excess = self.excess_of(&alm)?;
         Ok(Trial {
             kappa,

@@ -19,12 +19,10 @@ pub use intensity::KappaStatus;
 use crate::Error;
 use crate::config::SmallScales;
 use crate::parallel;
-use crate::sht::{Analysis, ShtPlan};
-use dust3d_kernels::sht::alm;
+use crate::sht::{Harmonics, ShtPlan, Spectra};
 use dust3d_kernels::spectra::{
-    PowerLaw, beam_complement, cross_spectrum, fit_amplitude, fit_power_law, fit_range, scale_by_l,
+    PowerLaw, beam_complement, fit_amplitude, fit_power_law, fit_range, scale_by_l,
 };
-use num_complex::Complex;
 
 /// Multipoles of the fit of the intensity spectrum.
 const FIT_TT: (usize, usize) = (30, 300);
@@ -42,19 +40,6 @@ pub struct StokesMaps {
     pub u: Vec<f64>,
 }
 
-/// TT, EE, BB and TE of a layer, l = 0 … lmax, (MJy/sr)².
-#[derive(Debug, Clone)]
-pub struct LayerSpectra {
-    /// Intensity.
-    pub tt: Vec<f64>,
-    /// E modes.
-    pub ee: Vec<f64>,
-    /// B modes.
-    pub bb: Vec<f64>,
-    /// Intensity and E modes.
-    pub te: Vec<f64>,
-}
-
 /// What was fitted and done to a layer.
 #[derive(Debug, Clone)]
 pub struct LayerReport {
@@ -70,21 +55,10 @@ pub struct LayerReport {
     pub kappa_status: KappaStatus,
     /// Pixels where |(Q, U)| was cut to I.
     pub limited_pixels: u64,
-    /// Spectra of the layer as observed.
-    pub before: LayerSpectra,
+    /// Spectra of the layer as observed, (MJy/sr)².
+    pub before: Spectra,
     /// Spectra with small scales, before the limit |(Q, U)| ≤ I.
-    pub after: LayerSpectra,
-}
-
-/// a_lm of one layer.
-#[derive(Debug, Clone)]
-pub struct Harmonics {
-    /// Intensity.
-    pub t: Vec<Complex<f64>>,
-    /// E modes.
-    pub e: Vec<Complex<f64>>,
-    /// B modes.
-    pub b: Vec<Complex<f64>>,
+    pub after: Spectra,
 }
 
 /// A layer's spectra and the laws they follow: all that small scales need to know of it, whatever the seed.
@@ -99,36 +73,7 @@ pub struct Fitted {
     /// Multipoles in which E and B were fitted.
     pub range: (usize, usize),
     /// The spectra.
-    pub spectra: LayerSpectra,
-}
-
-impl Harmonics {
-    fn analyse(plan: &mut ShtPlan, maps: &StokesMaps) -> Result<Self, Error> {
-        let zero = vec![Complex::new(0.0, 0.0); alm::len(plan.lmax())];
-        let (mut t, mut e, mut b) = (zero.clone(), zero.clone(), zero);
-        plan.analysis_mixed(
-            &[&maps.i],
-            &[[&maps.q, &maps.u]],
-            &mut [&mut t],
-            &mut [[&mut e, &mut b]],
-            &Analysis::default(),
-        )?;
-        Ok(Self { t, e, b })
-    }
-
-    fn spectra(&self, lmax: usize) -> Result<LayerSpectra, Error> {
-        let spectrum = |x: &[Complex<f64>], y: &[Complex<f64>]| -> Result<Vec<f64>, Error> {
-            let mut c = vec![0.0; lmax + 1];
-            cross_spectrum(x, y, &mut c)?;
-            Ok(c)
-        };
-        Ok(LayerSpectra {
-            tt: spectrum(&self.t, &self.t)?,
-            ee: spectrum(&self.e, &self.e)?,
-            bb: spectrum(&self.b, &self.b)?,
-            te: spectrum(&self.t, &self.e)?,
-        })
-    }
+    pub spectra: Spectra,
 }
 
 /// Analyses a layer and fits power laws to its spectra.
@@ -145,7 +90,7 @@ pub fn measure(
     maps: &StokesMaps,
 ) -> Result<(Harmonics, Fitted), Error> {
     let lmax = plan.lmax();
-    let observed = Harmonics::analyse(plan, maps)?;
+    let observed = Harmonics::analyse(plan, &[[&maps.i, &maps.q, &maps.u]])?.remove(0);
     let spectra = observed.spectra(lmax)?;
 
     let reach = reach.min(lmax);

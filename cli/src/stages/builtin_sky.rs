@@ -192,7 +192,7 @@ fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, E
             .enumerate()
             .try_for_each(|(k, (sum, g))| -> Result<(), Error> {
                 let first = k * CHUNK;
-                let directions = field::directions(nside, first..first + g.len())?;
+                let directions = field::directions(nside, first..first + g.len(), level)?;
                 let (mut column, mut shell) = (vec![0.0; g.len()], vec![0.0; g.len()]);
                 let sun = Spiral::default().r_sun_kpc;
                 let bounds = [near, far];

@@ -38,10 +38,24 @@ pub fn model(config: &FieldConfig, pitch_rad: f64) -> Model {
 ///
 /// # Errors
 /// If a pixel does not exist.
-pub fn directions(nside: Nside, pixels: Range<usize>) -> Result<Vec<[f64; 3]>, Error> {
-    pixels
-        .map(|p| Ok(ring::pix2vec(nside, p as u64)?))
-        .collect()
+pub fn directions(
+    nside: Nside,
+    pixels: Range<usize>,
+    level: Level,
+) -> Result<Vec<[f64; 3]>, Error> {
+    let pixels: Vec<u64> = pixels.map(|p| p as u64).collect();
+    let mut components = [(); 3].map(|()| vec![0.0; pixels.len()]);
+    ring::pix2vec_into(
+        level,
+        nside,
+        &pixels,
+        components.each_mut().map(Vec::as_mut_slice),
+    )?;
+    let [x, y, z] = components;
+    Ok(x.into_iter()
+        .zip(y.into_iter().zip(z))
+        .map(|(x, (y, z))| [x, y, z])
+        .collect())
 }
 
 /// Q_m/I_m and U_m/I_m in some pixels, one list per layer; `edges_kpc` are the far edges of the layers, the first begins
@@ -62,7 +76,7 @@ pub fn ratios(
         .collect();
     let mut maps = vec![vec![0.0; pixels.len()]; 2 * layers];
     let results = parallel::for_columns(&mut maps, |range, mut maps| -> Result<(), Error> {
-        let directions = directions(nside, shifted(range, pixels.start))?;
+        let directions = directions(nside, shifted(range, pixels.start), level)?;
         let mut scratch = [0.0; ratios_scratch_len()];
         let (q, u) = maps.split_at_mut(layers);
         ratios_into(level, model, &edges, &directions, q, u, &mut scratch)?;

@@ -24,6 +24,9 @@ fn project(x: f64, y: f64, c: f64) -> ([f64; 2], f64) {
     }
 }
 
+/// A gradient so small against the lengths summed up is mostly rounding: no line is searched for a smaller one.
+const ROUNDING: f64 = 1e-14;
+
 /// The problem, scaled to numbers near one.
 struct Problem<'a> {
     observed: [f64; 2],
@@ -123,7 +126,7 @@ fn line_search(
     let first = rate(before);
     let mut t = 1.0;
     let mut slope = problem.slope(at(t));
-    if size(&slope) <= 0.5 * start {
+    if size(&slope) <= 0.5 * start || start <= ROUNDING * before.lengths {
         return (at(t), slope);
     }
     // Where the rate is below zero and above it.
@@ -174,10 +177,12 @@ pub(super) fn nearest(
     let mut slope = problem.slope(lambda);
     for _ in 0..100 {
         let size = norm(slope.gradient[0], slope.gradient[1]);
-        if size < best.1 {
+        let better = size < best.1;
+        if better {
             best = (lambda, size);
         }
-        if size <= 1e-16 * slope.lengths {
+        let limit = if better { 1e-16 } else { ROUNDING };
+        if size <= limit * slope.lengths {
             break;
         }
         let Some(step) = newton_step(slope.hessian, slope.gradient) else {

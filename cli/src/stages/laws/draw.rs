@@ -33,8 +33,10 @@ pub fn draw(
     let (mut t, mut beta) = (vec![0.0; npix], vec![0.0; npix]);
     plan.synthesis_batch(&[&t_alm, &beta_alm], &mut [&mut t, &mut beta])?;
     for _ in 0..refilter_iterations {
-        remap(&mut t, &observed.t_sorted);
-        remap(&mut beta, &observed.beta_sorted);
+        rayon::join(
+            || remap(&mut t, &observed.t_sorted),
+            || remap(&mut beta, &observed.beta_sorted),
+        );
         (t_alm, beta_alm) = analyse(plan, &t, &beta)?;
         let measured = covariances_of_alm(&t_alm, &beta_alm, lmax)?;
         let filters: Vec<Lower2> = measured

@@ -1,7 +1,5 @@
 //! Histogram remapping: a map given another distribution, its order kept.
 
-use rayon::prelude::*;
-
 /// Gives `map` the distribution of the samples `sorted` (ascending): the pixel of rank k (ties by pixel number) takes
 /// the k-th sample; with another number of samples, their quantile (k + ½)/n by linear interpolation.
 ///
@@ -11,13 +9,9 @@ pub fn remap(map: &mut [f64], sorted: &[f64]) {
         return;
     }
     let n = map.len();
-    let mut order: Vec<(f64, u32)> = map
-        .par_iter()
-        .enumerate()
-        .map(|(p, &x)| (x, p as u32))
-        .collect();
-    // Unstable is stable here: the pixel number makes every key unique.
-    order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut order: Vec<(f64, u32)> = map.iter().zip(0..).map(|(&x, p)| (x, p)).collect();
+    // By radix, in total order, and stable: the time grows with the number of pixels alone.
+    radsort::sort_by_key(&mut order, |&(x, _)| x);
     for (rank, (_, p)) in order.into_iter().enumerate() {
         map[p as usize] = if n == sorted.len() {
             sorted[rank]

@@ -4,16 +4,18 @@
 //!
 //! ```text
 //! for each ring of `out`, between source rings N and S with weights n and s:
-//!     for each ring R of (N, S):
-//!         for each run of pixels between the same two centres w, e of R:
-//!             f ← longitude in R's spacings − w
-//!             out[run] += n_R ((1 − f) R[w] + f R[e])
+//!     for each run of pixels between the same two centres of N and the same two of S:
+//!         level ← n N[w] + s S[w']                  w, w': the centres to the west, at places c, c' of the run's ring
+//!         slopes ← n (N[w + 1] − N[w]) per pixel, s (S[w' + 1] − S[w']) per pixel
+//!         out[i] ← level + slope (i − c) + slope' (i − c')
 //! ```
 //!
-//! * A run is as long as the grid is finer; in it the pixels of the source are constants, so the inner loop has no
-//!   floor, no index and no branch, and the compiler makes vectors of it.
-//! * f, the weights and the order of the sum are those of [`interp`](super::super::interp): the bits are the same as
-//!   pixel by pixel, which is what is done next to the poles, where values are missing, and down to coarser grids.
+//! * A run is as long as the grid is finer; in it everything but i is constant, so the inner loop is two
+//!   multiplications and no floor, index, division or branch, and the compiler makes vectors of it.
+//! * Where a run begins and what it holds depends on the pixels alone: a range has the bits of the whole map. Products
+//!   and sums are not fused: all levels give the same bits.
+//! * Next to the poles, where values are missing, and down to coarser grids each pixel takes its stencil
+//!   ([`interp`](super::super::interp)).
 
 use super::super::interp::{RingPair, Source, Stencil};
 use super::super::layout::{Ring, locate_valid};
@@ -95,10 +97,7 @@ fn along_ring(level: Level, nside: Nside, ring: Ring, index: u64, map: &[f64], o
         let finer = sources.iter().all(|s| s.quarter < centres.quarter);
         let complete = |s: &Source<'_>| !s.values.iter().any(|&x| is_missing(x));
         if finer && sources.iter().all(complete) {
-            out.fill(0.0);
-            for source in &sources {
-                dispatch!(level, |_token: _L| add_ring(source, &centres, out));
-            }
+            dispatch!(level, |_token: _L| by_runs(&sources, &centres, out));
             return;
         }
     }
@@ -115,15 +114,27 @@ struct Centres {
     first: u64,
 }
 
-/// out += the interpolation on one source ring, times the ring's weight.
-#[inline(always)]
-fn add_ring(source: &Source<'_>, centres: &Centres, out: &mut [f64]) {
-    let n = out.len();
-    let mut start = 0;
-    while start < n {
+/// Pixels between the same two centres of a source ring.
+#[derive(Clone, Copy)]
+struct Run {
+    /// The first pixel that is not.
+    end: usize,
+    /// Value at the western centre, times the ring's weight.
+    value: f64,
+    /// Change from pixel to pixel.
+    slope: f64,
+    /// Place of the western centre among the pixels of the ring.
+    origin: f64,
+}
+
+impl Run {
+    /// The run from pixel `start` on; it ends at `n` at the latest.
+    #[inline(always)]
+    fn from(source: &Source<'_>, centres: &Centres, start: usize, n: usize) -> Self {
         let west = floor(source.at(centres.turns(start)));
+        let spacing = centres.quarter / source.quarter;
         // The estimate of where the next interval begins is right but for rounding.
-        let next = (west + 1.0 + source.shift) / source.quarter * centres.quarter - centres.shift;
+        let next = (west + 1.0 + source.shift) * spacing - centres.shift;
         let mut end = (next - centres.first as f64).clamp(start as f64 + 1.0, n as f64) as usize;
         while end < n && floor(source.at(centres.turns(end))) == west {
             end += 1;
@@ -132,13 +143,39 @@ fn add_ring(source: &Source<'_>, centres: &Centres, out: &mut [f64]) {
             end -= 1;
         }
         let (value_west, value_east) = source.neighbours(west);
+        Self {
+            end,
+            value: source.weight * value_west,
+            slope: source.weight * (value_east - value_west) / spacing,
+            origin: (west + source.shift) * spacing - centres.shift,
+        }
+    }
+}
+
+/// Interpolates between two source rings without missing values, coarser than the centres.
+#[inline(always)]
+fn by_runs(sources: &[Source<'_>; 2], centres: &Centres, out: &mut [f64]) {
+    let n = out.len();
+    let mut start = 0;
+    let [north, south] = sources;
+    let mut a = Run::from(north, centres, 0, n);
+    let mut b = Run::from(south, centres, 0, n);
+    while start < n {
+        if a.end <= start {
+            a = Run::from(north, centres, start, n);
+        }
+        if b.end <= start {
+            b = Run::from(south, centres, start, n);
+        }
+        let end = a.end.min(b.end);
+        let first = (centres.first + start as u64) as f64;
+        let value = a.value + b.value;
         let Some(run) = out.get_mut(start..end) else {
             return;
         };
-        for (k, out) in run.iter_mut().enumerate() {
-            let east = source.at(centres.turns(start + k)) - west;
-            *out += (1.0 - east) * source.weight * value_west;
-            *out += east * source.weight * value_east;
+        for (k, out) in (0_i32..).zip(run) {
+            let i = first + f64::from(k);
+            *out = value + a.slope * (i - a.origin) + b.slope * (i - b.origin);
         }
         start = end;
     }

@@ -13,6 +13,7 @@ use crate::stages::{field, intensity, pitch, polarisation, regrid};
 use crate::store::{Pieces, Stored, slabs};
 use dust3d_kernels::healpix::Nside;
 use dust3d_kernels::split::Counts;
+use rayon::prelude::*;
 use std::fmt::Write as _;
 
 /// I, Q, U of every layer.
@@ -214,7 +215,7 @@ fn append(files: &mut [MapWriter<'_>], layers: &[Vec<f64>]) -> Result<(), Error>
 }
 
 fn keep(kept: &mut [Pieces], layers: &[Vec<f64>]) -> Result<(), Error> {
-    kept.iter_mut()
+    kept.par_iter_mut()
         .zip(layers)
         .try_for_each(|(map, layer)| map.append(layer))
 }

@@ -106,12 +106,6 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Longitude in spacings from the first centre.
-    #[inline(always)]
-    pub(super) fn at(&self, turns: f64) -> f64 {
-        turns * self.quarter - self.shift
-    }
-
     /// The values at the centres `west` and `west` + 1; −1 is the last one.
     #[inline(always)]
     pub(super) fn neighbours(&self, west: f64) -> (f64, f64) {

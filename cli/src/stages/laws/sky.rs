@@ -6,7 +6,7 @@ use crate::parallel;
 use crate::stages::intensity::LayerAverages;
 use crate::store::Stored;
 use dust3d_kernels::fit::mbb::{MbbFit, fit_into};
-use dust3d_kernels::healpix::missing::is_missing;
+use dust3d_kernels::healpix::missing::MISSING;
 use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_stokes};
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::units::NU0_GHZ;
@@ -232,13 +232,13 @@ pub fn mean_std(map: &[f64]) -> (f64, f64) {
 }
 
 /// How many values are valid, and the sum of `term` over them. Eight sums side by side: none waits for the one before.
-#[inline(always)]
 fn valid_sums(values: &[f64], term: impl Fn(f64) -> f64) -> [f64; 2] {
     let (mut counts, mut sums) = ([0.0; 8], [0.0; 8]);
-    let mut add = |values: &[f64]| {
-        for ((&x, count), sum) in values.iter().zip(&mut counts).zip(&mut sums) {
-            let valid = !is_missing(x);
-            *count += f64::from(u8::from(valid));
+    let mut add = |eight: &[f64; 8]| {
+        for ((&x, count), sum) in eight.iter().zip(&mut counts).zip(&mut sums) {
+            // Without branches: missing values and NaN are not beyond the limit.
+            let valid = (x - MISSING).abs() > -1e-5 * MISSING;
+            *count += if valid { 1.0 } else { 0.0 };
             *sum += if valid { term(x) } else { 0.0 };
         }
     };
@@ -246,6 +246,8 @@ fn valid_sums(values: &[f64], term: impl Fn(f64) -> f64) -> [f64; 2] {
     for eight in eights {
         add(eight);
     }
-    add(rest);
+    let mut last = [MISSING; 8];
+    last[..rest.len()].copy_from_slice(rest);
+    add(&last);
     [counts.iter().sum(), sums.iter().sum()]
 }

@@ -4,25 +4,25 @@
 //!
 //! ```text
 //! for each ring of `out`, between source rings N and S with weights n and s:
-//!     for each run of pixels between the same two centres of N and the same two of S:
-//!         level ← n N[w] + s S[w']                  w, w': the centres to the west, at places c, c' of the run's ring
-//!         slopes ← n (N[w + 1] − N[w]) per pixel, s (S[w' + 1] − S[w']) per pixel
-//!         out[i] ← level + slope (i − c) + slope' (i − c')
+//!     for eight pixels i at a time:
+//!         for each ring R of (N, S):
+//!             e ← longitude of i in R's spacings;  w ← ⌊e⌋
+//!             sum += n_R (R[w] + (e − w) (R[w + 1] − R[w]))
 //! ```
 //!
-//! * A run is as long as the grid is finer; in it everything but i is constant, so the inner loop is two
-//!   multiplications and no floor, index, division or branch, and the compiler makes vectors of it.
-//! * Where a run begins and what it holds depends on the pixels alone: a range has the bits of the whole map. Products
-//!   and sums are not fused: all levels give the same bits.
-//! * Next to the poles, where values are missing, and down to coarser grids each pixel takes its stencil
-//!   ([`interp`](super::super::interp)).
+//! * e is a multiple of i plus a constant: no division, no angle.
+//! * The source rings are short enough to stay in the first-level cache; the loads of R[w], R[w + 1] are the cost.
+//! * Eight pixels that lie between the first and the last centre of both rings have w from 0 on and w + 1 on the ring;
+//!   the others, at longitude 0, find their neighbours one by one with the same arithmetic.
+//! * Products and sums are not fused: all levels give the same bits, and so do ranges, however they are cut.
+//! * Next to the poles, and where values are missing, each pixel takes its stencil ([`interp`](super::super::interp)).
 
 use super::super::interp::{RingPair, Source, Stencil};
 use super::super::layout::{Ring, locate_valid};
 use super::super::missing::{MISSING, is_missing};
 use super::super::{Location, Nside};
 use super::{check_whole, copy_range};
-use crate::simd::Level;
+use crate::simd::{Bits as _, Lanes, Level, Mask as _};
 use crate::{Error, dispatch};
 
 /// Interpolates a RING map at the pixel centres of another grid, usually a finer one.
@@ -91,13 +91,17 @@ fn along_ring(level: Level, nside: Nside, ring: Ring, index: u64, map: &[f64], o
     let centres = Centres {
         quarter: (ring.len() / 4) as f64,
         shift: if ring.is_shifted() { 0.5 } else { 0.0 },
-        first: index,
     };
     if let Some(sources) = pair.sources(map) {
-        let finer = sources.iter().all(|s| s.quarter < centres.quarter);
         let complete = |s: &Source<'_>| !s.values.iter().any(|&x| is_missing(x));
-        if finer && sources.iter().all(complete) {
-            dispatch!(level, |_token: _L| by_runs(&sources, &centres, out));
+        if sources.iter().all(complete) {
+            let [north, south] = sources.map(|source| Line::new(source, &centres));
+            dispatch!(level, |token: L| along_lines::<L>(
+                token,
+                [&north, &south],
+                index as f64,
+                out
+            ));
             return;
         }
     }
@@ -111,81 +115,84 @@ fn along_ring(level: Level, nside: Nside, ring: Ring, index: u64, map: &[f64], o
 struct Centres {
     quarter: f64,
     shift: f64,
-    first: u64,
 }
 
-/// Pixels between the same two centres of a source ring.
-#[derive(Clone, Copy)]
-struct Run {
-    /// The first pixel that is not.
-    end: usize,
-    /// Value at the western centre, times the ring's weight.
-    value: f64,
-    /// Change from pixel to pixel.
-    slope: f64,
-    /// Place of the western centre among the pixels of the ring.
-    origin: f64,
+/// A source ring as seen from the centres of another: e = scale · i − shift.
+struct Line<'a> {
+    source: Source<'a>,
+    scale: f64,
+    shift: f64,
 }
 
-impl Run {
-    /// The run from pixel `start` on; it ends at `n` at the latest.
-    #[inline(always)]
-    fn from(source: &Source<'_>, centres: &Centres, start: usize, n: usize) -> Self {
-        let west = floor(source.at(centres.turns(start)));
-        let spacing = centres.quarter / source.quarter;
-        // The estimate of where the next interval begins is right but for rounding.
-        let next = (west + 1.0 + source.shift) * spacing - centres.shift;
-        let mut end = (next - centres.first as f64).clamp(start as f64 + 1.0, n as f64) as usize;
-        while end < n && floor(source.at(centres.turns(end))) == west {
-            end += 1;
-        }
-        while end > start + 1 && floor(source.at(centres.turns(end - 1))) > west {
-            end -= 1;
-        }
-        let (value_west, value_east) = source.neighbours(west);
+impl<'a> Line<'a> {
+    fn new(source: Source<'a>, centres: &Centres) -> Self {
+        let scale = source.quarter / centres.quarter;
         Self {
-            end,
-            value: source.weight * value_west,
-            slope: source.weight * (value_east - value_west) / spacing,
-            origin: (west + source.shift) * spacing - centres.shift,
+            source,
+            scale,
+            shift: source.shift - centres.shift * scale,
         }
     }
-}
 
-/// Interpolates between two source rings without missing values, coarser than the centres.
-#[inline(always)]
-fn by_runs(sources: &[Source<'_>; 2], centres: &Centres, out: &mut [f64]) {
-    let n = out.len();
-    let mut start = 0;
-    let [north, south] = sources;
-    let mut a = Run::from(north, centres, 0, n);
-    let mut b = Run::from(south, centres, 0, n);
-    while start < n {
-        if a.end <= start {
-            a = Run::from(north, centres, start, n);
-        }
-        if b.end <= start {
-            b = Run::from(south, centres, start, n);
-        }
-        let end = a.end.min(b.end);
-        let first = (centres.first + start as u64) as f64;
-        let value = a.value + b.value;
-        let Some(run) = out.get_mut(start..end) else {
-            return;
-        };
-        for (k, out) in (0_i32..).zip(run) {
-            let i = first + f64::from(k);
-            *out = value + a.slope * (i - a.origin) + b.slope * (i - b.origin);
-        }
-        start = end;
+    /// The ring's share of the value at place `i`.
+    fn at(&self, i: f64) -> f64 {
+        let e = i * self.scale - self.shift;
+        let west = floor(e);
+        let (value_west, value_east) = self.source.neighbours(west);
+        (value_west + (e - west) * (value_east - value_west)) * self.source.weight
     }
-}
 
-impl Centres {
-    /// Longitude of the k-th centre in quarter turns.
+    /// As [`at`](Self::at) in eight places; none where one of them is not between two centres in the order of the ring.
     #[inline(always)]
-    fn turns(&self, k: usize) -> f64 {
-        ((self.first + k as u64) as f64 + self.shift) / self.quarter
+    fn at_eight<L: Lanes>(&self, token: L::Token, i: L) -> Option<L> {
+        let e = i * L::splat(token, self.scale) - L::splat(token, self.shift);
+        let west = e.floor();
+        let last = self.source.values.len().saturating_sub(1) as f64;
+        let zero = L::splat(token, 0.0);
+        if !(west.ge(zero) & west.lt(L::splat(token, last))).all() {
+            return None;
+        }
+        let places = west.to_whole(token).to_array();
+        let (mut value_west, mut value_east) = ([0.0; 8], [0.0; 8]);
+        for ((place, west), east) in places.into_iter().zip(&mut value_west).zip(&mut value_east) {
+            let pair = self.source.values.get(place as usize..place as usize + 2);
+            let Some(&[a, b]) = pair else { return None };
+            (*west, *east) = (a, b);
+        }
+        let value_west = L::load(token, &value_west);
+        let value_east = L::load(token, &value_east);
+        let value = value_west + (e - west) * (value_east - value_west);
+        Some(value * L::splat(token, self.source.weight))
+    }
+}
+
+/// Places of eight consecutive pixels after the first.
+const EIGHT: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// Interpolates at the places `first`, `first` + 1, … between two source rings without missing values.
+#[inline(always)]
+fn along_lines<L: Lanes>(
+    token: L::Token,
+    [north, south]: [&Line<'_>; 2],
+    first: f64,
+    out: &mut [f64],
+) {
+    let (eights, rest) = out.as_chunks_mut::<8>();
+    let mut place = first;
+    for eight in eights {
+        let i = L::splat(token, place) + L::load(token, &EIGHT);
+        let (a, b) = (north.at_eight::<L>(token, i), south.at_eight::<L>(token, i));
+        if let (Some(a), Some(b)) = (a, b) {
+            (a + b).store(eight);
+        } else {
+            for (out, k) in eight.iter_mut().zip(EIGHT) {
+                *out = north.at(place + k) + south.at(place + k);
+            }
+        }
+        place += 8.0;
+    }
+    for (out, k) in rest.iter_mut().zip(EIGHT) {
+        *out = north.at(place + k) + south.at(place + k);
     }
 }
 

@@ -2,9 +2,10 @@
 
 use crate::Error;
 use dust3d_kernels::random::Stream;
-use dust3d_kernels::random::normal::white_alm_into;
+use dust3d_kernels::random::normal::white_order_into;
 use dust3d_kernels::sht::alm;
 use num_complex::Complex;
+use rayon::prelude::*;
 
 /// What a stream of random numbers is for. The numbers are part of the meaning of a seed: never reuse or change one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +32,18 @@ pub fn white_alm(
     let layer = u32::try_from(layer).unwrap_or(u32::MAX);
     let mut stream = Stream::new(seed, stage as u32, layer, field)?;
     let mut alm = vec![Complex::new(0.0, 0.0); alm::len(lmax)];
-    white_alm_into(&mut stream, lmax, &mut alm)?;
+    // Words come one after the other; turning them into normals is the work.
+    let words: Vec<u64> = (0..2 * alm.len()).map(|_| stream.word()).collect();
+    let mut orders = Vec::with_capacity(lmax + 1);
+    let mut rest = alm.as_mut_slice();
+    for m in 0..=lmax {
+        let order;
+        (order, rest) = rest.split_at_mut(lmax + 1 - m);
+        orders.push(order);
+    }
+    orders
+        .into_par_iter()
+        .enumerate()
+        .try_for_each(|(m, order)| white_order_into(&words, lmax, m, order))?;
     Ok(alm)
 }

@@ -39,12 +39,18 @@ impl Store {
         }
     }
 
+    /// Whether maps of so many pixels stay in memory.
+    #[must_use]
+    pub const fn keeps_in_memory(&self, len: usize) -> bool {
+        len <= self.memory_pixels
+    }
+
     /// Keeps a map.
     ///
     /// # Errors
     /// A scratch file cannot be written.
     pub fn keep(&self, map: Vec<f64>) -> Result<Stored> {
-        if map.len() <= self.memory_pixels {
+        if self.keeps_in_memory(map.len()) {
             return Ok(Stored::Memory(map));
         }
         let mut pieces = self.begin(map.len())?;
@@ -57,7 +63,7 @@ impl Store {
     /// # Errors
     /// A scratch file cannot be made.
     pub fn begin(&self, len: usize) -> Result<Pieces> {
-        let stored = if len <= self.memory_pixels {
+        let stored = if self.keeps_in_memory(len) {
             Stored::Memory(Vec::with_capacity(len))
         } else {
             let file = tempfile::tempfile_in(&self.dir)

@@ -1,7 +1,7 @@
 //! Random streams and normal deviates.
 
 use dust3d_kernels::random::Stream;
-use dust3d_kernels::random::normal::{from_word, normals_before, white_alm_into};
+use dust3d_kernels::random::normal::{from_word, normals_before, white_alm_into, white_order_into};
 use dust3d_kernels::{Complex, Error};
 use dust3d_tests::{reference, tolerance};
 
@@ -250,6 +250,29 @@ fn prop_white_alm_do_not_know_lmax() {
     }
     let modes = ((lmax + 1) * (lmax + 1)) as f64;
     assert!((power / modes - 1.0).abs() < 4.0 * (2.0 / modes).sqrt());
+}
+
+/// Orders made one by one, from the words of the stream, are those of the whole.
+#[test]
+fn naive_orders_white_alm() {
+    let lmax = 23;
+    let len = (lmax + 1) * (lmax + 2) / 2;
+    let mut whole = vec![Complex::new(0.0, 0.0); len];
+    white_alm_into(&mut Stream::new(9, 2, 4, 1).unwrap(), lmax, &mut whole).unwrap();
+    let mut stream = Stream::new(9, 2, 4, 1).unwrap();
+    let words: Vec<u64> = (0..2 * len).map(|_| stream.word()).collect();
+    let mut start = 0;
+    for m in 0..=lmax {
+        let mut order = vec![Complex::new(9.0, 9.0); lmax + 1 - m];
+        white_order_into(&words, lmax, m, &mut order).unwrap();
+        assert_eq!(order, whole[start..start + order.len()]);
+        start += order.len();
+        assert!(white_order_into(&words[1..], lmax, m, &mut order).is_err());
+        order.push(Complex::new(0.0, 0.0));
+        assert!(white_order_into(&words, lmax, m, &mut order).is_err());
+    }
+    assert!(white_order_into(&words, lmax, lmax + 1, &mut []).is_ok());
+    assert!(white_order_into(&words, usize::MAX, 0, &mut []).is_err());
 }
 
 #[test]

@@ -75,15 +75,20 @@ pub fn decode_raw(bytes: &[u8], dtype: Dtype) -> Result<Vec<f64>> {
 /// The bytes of a raw map. f32 rounds to nearest; a value beyond its range is written as [`MISSING`], as is NaN.
 #[must_use]
 pub fn encode_raw(values: &[f64], dtype: Dtype) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(values.len() * dtype.size());
-    for &value in values {
-        let value = if value.is_finite() { value } else { MISSING };
-        match dtype {
-            Dtype::F64 => bytes.extend_from_slice(&value.to_le_bytes()),
-            Dtype::F32 => bytes.extend_from_slice(&single(value).to_le_bytes()),
+    let values = values
+        .iter()
+        .map(|&value| if value.is_finite() { value } else { MISSING });
+    // Arrays of a known length: the compiler makes vectors of the loop.
+    match dtype {
+        Dtype::F64 => {
+            let bytes: Vec<[u8; 8]> = values.map(f64::to_le_bytes).collect();
+            bytes.into_flattened()
+        }
+        Dtype::F32 => {
+            let bytes: Vec<[u8; 4]> = values.map(|x| single(x).to_le_bytes()).collect();
+            bytes.into_flattened()
         }
     }
-    bytes
 }
 
 /// Rounded to f32; [`MISSING`] if there is no value, or none of that size.

@@ -164,8 +164,10 @@ impl Preparation<'_> {
         let mut final_u = stokes("renormalised/U", "Stokes U, adding up to the observed")?;
         let (mut kept_q, mut kept_u) = (self.begin(npix)?, self.begin(npix)?);
         let mut counts = Counts::default();
+        let keep_north = self.store.keeps_in_memory(npix);
+        let mut ratios = field::Ratios::new(model, distances, self.nside, self.level, keep_north);
         for slab in slabs(npix) {
-            let (q, u) = field::ratios(model, distances, self.nside, slab.clone(), self.level)?;
+            let (q, u) = ratios.next(slab.len())?;
             append(&mut field_q, &q)?;
             append(&mut field_u, &u)?;
             let intensity = intensities

@@ -13,14 +13,14 @@
 //! It is one provider of observations like files are; the pipeline sees no difference.
 
 use super::emission::{self, Law, Layer};
-use super::{field, regrid};
+use super::{field, mirror, regrid};
 use crate::Error;
 use crate::io::inputs::modulus_label;
 use crate::io::{InputMap, Inputs};
 use crate::parallel::{self, CHUNK};
 use crate::random::{Stage, white_alm};
 use crate::sht::ShtPlan;
-use crate::store::slabs;
+use crate::store::{MEMORY_PIXELS, slabs};
 use dust3d_kernels::field::column::columns_into;
 use dust3d_kernels::field::{Density, Model, Spiral};
 use dust3d_kernels::healpix::missing::MISSING;
@@ -176,7 +176,7 @@ fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, E
     let nside = plan.nside();
     let npix = nside.npix() as usize;
     let cube_nside = Nside::new(nside.get().min(CUBE_NSIDE))?;
-    let (mut sum, mut g) = (vec![0.0; npix], vec![0.0; npix]);
+    let [mut sum, mut g, mut column] = [(); 3].map(|()| vec![0.0; npix]);
     let (mut edges, mut cube) = (Vec::new(), Vec::new());
     let mut near = 0.0;
     for bin in 0..BINS {
@@ -187,29 +187,16 @@ fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, E
         let (mean, std) = super::laws::sky::mean_std(&g);
         let amplitude = if std > 0.0 { 0.5 / std } else { 0.0 };
         let shift = 0.125 + amplitude * mean;
+        columns(nside, [near, far], level, &mut column)?;
         sum.par_chunks_mut(CHUNK)
-            .zip(g.par_chunks(CHUNK))
-            .enumerate()
-            .try_for_each(|(k, (sum, g))| -> Result<(), Error> {
-                let first = k * CHUNK;
-                let directions = field::directions(nside, first..first + g.len(), level)?;
-                let (mut column, mut shell) = (vec![0.0; g.len()], vec![0.0; g.len()]);
-                let sun = Spiral::default().r_sun_kpc;
-                let bounds = [near, far];
-                let density = Density::default();
-                columns_into(
-                    level,
-                    &density,
-                    sun,
-                    &bounds,
-                    &directions,
-                    &mut [&mut column],
-                )?;
-                log_normal_into(level, &column, g, amplitude, shift, &mut shell)?;
-                for (sum, shell) in sum.iter_mut().zip(&shell) {
+            .zip(g.par_chunks(CHUNK).zip(column.par_chunks(CHUNK)))
+            .try_for_each_init(Vec::new, |shell, (sum, (g, column))| {
+                shell.resize(g.len(), 0.0);
+                log_normal_into(level, column, g, amplitude, shift, shell)?;
+                for (sum, shell) in sum.iter_mut().zip(&*shell) {
                     *sum += shell;
                 }
-                Ok(())
+                Ok::<_, Error>(())
             })?;
         cube.push(regrid::scalar(&sum, nside, cube_nside, level)?);
         if FIELD_EDGES.contains(&modulus(bin)) && bin + 1 < BINS {
@@ -217,7 +204,7 @@ fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, E
         }
         near = far;
     }
-    drop(g);
+    drop((g, column));
     let totals = cube.last().cloned().unwrap_or_default();
     for (bin, map) in cube.iter_mut().enumerate() {
         add_floor(map, &totals, bin);
@@ -229,6 +216,29 @@ fn reddening(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Reddening, E
     sum.par_iter_mut().for_each(|x| *x *= floor);
     edges.push(sum);
     Ok(Reddening { edges, cube })
+}
+
+/// Column density between two distances (kpc), the same on both sides of the Galactic plane.
+fn columns(nside: Nside, bounds_kpc: [f64; 2], level: Level, out: &mut [f64]) -> Result<(), Error> {
+    let (sun, density) = (Spiral::default().r_sun_kpc, Density::default());
+    let (north, south) = out.split_at_mut(mirror::north_len(nside));
+    north
+        .par_chunks_mut(CHUNK)
+        .enumerate()
+        .try_for_each(|(k, out)| {
+            let first = k * CHUNK;
+            let directions = field::directions(nside, first..first + out.len(), level)?;
+            let maps = &mut [out];
+            Ok::<_, Error>(columns_into(
+                level,
+                &density,
+                sun,
+                &bounds_kpc,
+                &directions,
+                maps,
+            )?)
+        })?;
+    mirror::reflect(nside, north, north.len(), south)
 }
 
 /// What the bins up to `bin` get of the total.
@@ -334,8 +344,10 @@ fn polarisation(
         ..Model::default()
     };
     let distances: Vec<f64> = FIELD_EDGES.iter().map(|&mu| distance_kpc(mu)).collect();
+    let keep_north = npix <= MEMORY_PIXELS;
+    let mut ratios = field::Ratios::new(&model, &distances, nside, level, keep_north);
     for slab in slabs(npix) {
-        let (q_field, u_field) = field::ratios(&model, &distances, nside, slab.clone(), level)?;
+        let (q_field, u_field) = ratios.next(slab.len())?;
         let parts = [
             (&mut q[slab.clone()], q_field),
             (&mut u[slab.clone()], u_field),

@@ -13,7 +13,7 @@
 //! | [`laws`] | 6 | temperature and spectral index of each layer |
 //! | [`emission`] | 4.1, 6 | maps at any frequency |
 //!
-//! [`regrid`] changes Nside. \[MKD18\] = Martínez-Solaeche, Karakci & Delabrouille, MNRAS 476, 1310 (2018).
+//! [`regrid`] changes Nside, [`mirror`] makes the south of the north. \[MKD18\] = Martínez-Solaeche, Karakci & Delabrouille, MNRAS 476, 1310 (2018).
 
 pub mod builtin_sky;
 pub mod emission;
@@ -21,6 +21,7 @@ pub mod field;
 pub mod fractions;
 pub mod intensity;
 pub mod laws;
+pub mod mirror;
 pub mod observations;
 pub mod pitch;
 pub mod polarisation;

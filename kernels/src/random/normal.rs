@@ -176,17 +176,53 @@ pub fn white_alm_into(
     for l in 0..=lmax {
         let mut index = l;
         for m in 0..=l {
-            let (x, y) = (stream.normal(), stream.normal());
+            let (x, y) = (stream.word(), stream.word());
             if let Some(a) = alm.get_mut(index) {
-                *a = if m == 0 {
-                    Complex::new(x, 0.0)
-                } else {
-                    let half = core::f64::consts::FRAC_1_SQRT_2;
-                    Complex::new(half * x, half * y)
-                };
+                *a = white(m, x, y);
             }
             index += lmax - m;
         }
     }
     Ok(())
+}
+
+/// One order m of [`white_alm_into`]'s coefficients, from the words it would draw: orders can be made side by side.
+///
+/// | argument | shape | what |
+/// | --- | --- | --- |
+/// | `words` | (lmax+1)(lmax+2) | the first words of the stream |
+/// | `order` | lmax + 1 − m | a_lm, l = m … lmax |
+///
+/// # Errors
+/// [`Error::Length`] if a slice is not of that length; m > lmax leaves none that is.
+pub fn white_order_into(
+    words: &[u64],
+    lmax: usize,
+    m: usize,
+    order: &mut [Complex<f64>],
+) -> Result<(), Error> {
+    let count = lmax
+        .checked_add(2)
+        .and_then(|n| n.checked_mul(lmax + 1))
+        .unwrap_or(usize::MAX);
+    Error::check_len("words", count, words.len())?;
+    Error::check_len("order", (lmax + 1).saturating_sub(m), order.len())?;
+    for (l, a) in (m..).zip(order) {
+        let at = l * (l + 1) + 2 * m;
+        if let Some(&[x, y]) = words.get(at..at + 2) {
+            *a = white(m, x, y);
+        }
+    }
+    Ok(())
+}
+
+/// A coefficient of order m from its two words.
+#[inline]
+fn white(m: usize, x: u64, y: u64) -> Complex<f64> {
+    if m == 0 {
+        Complex::new(from_word(x), 0.0)
+    } else {
+        let half = core::f64::consts::FRAC_1_SQRT_2;
+        Complex::new(half * from_word(x), half * from_word(y))
+    }
 }

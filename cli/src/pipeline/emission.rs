@@ -12,6 +12,7 @@ use crate::store::{Stored, slabs};
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::healpix::{Nside, ring};
 use dust3d_kernels::planck::mbb::MbbNode;
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -80,9 +81,12 @@ impl Realisation<'_> {
                         }],
                     };
                     let maps = emit(level, &bands, &seen, slab.len())?;
-                    for (file, map) in files.iter_mut().zip(maps.iter().flatten()) {
-                        file.append(map)?;
-                    }
+                    // Files side by side: writing takes longer than computing.
+                    let maps: Vec<&Vec<f64>> = maps.iter().flatten().collect();
+                    files
+                        .par_iter_mut()
+                        .zip(maps)
+                        .try_for_each(|(file, map)| file.append(map))?;
                 }
             }
             let pixels = fitted.within(&slab);

@@ -7,6 +7,7 @@ use crate::stages::laws::{
     self, Calibration, CalibrationStatus, Factors, LawStats, ObservedLaws, Sky,
 };
 use crate::store::Stored;
+use rayon::prelude::*;
 
 /// Pixels that the calibration looks at first.
 const SAMPLE_PIXELS: usize = 65_536;
@@ -145,17 +146,26 @@ impl Realisation<'_> {
             Kind::Temperature => ("laws/T", "dust temperature of the layer", "K", T_FLOOR),
             Kind::Index => ("laws/beta", "spectral index of the layer", "", BETA_FLOOR),
         };
-        let (mut laws, mut statistics) = (Vec::new(), Vec::new());
-        for (number, (map, &average)) in (1..).zip(fluctuations.into_iter().zip(averages)) {
-            let mut map = map.take()?;
-            self.manifest.counts.floored_laws += laws::apply(&mut map, average, factor, floor);
-            statistics.push(mean_std(&map));
-            let stem = format!("{stem}_{number}");
-            self.writer
-                .map(&stem, quantity, unit, &map, self.config.output.dtype)?;
-            laws.push(self.base.store.keep(map)?);
-        }
-        Ok((laws, statistics))
+        let (writer, dtype) = (self.writer, self.config.output.dtype);
+        let store = &self.base.store;
+        // Layers side by side, because writing is half of the time.
+        let (floored, made): (Vec<u64>, Vec<_>) = fluctuations
+            .into_par_iter()
+            .zip(averages)
+            .enumerate()
+            .map(|(i, (map, &average))| {
+                let mut map = map.take()?;
+                let floored = laws::apply(&mut map, average, factor, floor);
+                let statistics = mean_std(&map);
+                let stem = format!("{stem}_{}", i + 1);
+                writer.map(&stem, quantity, unit, &map, dtype)?;
+                Ok((floored, (store.keep(map)?, statistics)))
+            })
+            .collect::<Result<Vec<_>, Error>>()?
+            .into_iter()
+            .unzip();
+        self.manifest.counts.floored_laws += floored.iter().sum::<u64>();
+        Ok(made.into_iter().unzip())
     }
 }
 

@@ -209,9 +209,10 @@ impl Preparation<'_> {
     }
 }
 
+/// The next values of every layer's file, files side by side.
 fn append(files: &mut [MapWriter<'_>], layers: &[Vec<f64>]) -> Result<(), Error> {
     files
-        .iter_mut()
+        .par_iter_mut()
         .zip(layers)
         .try_for_each(|(file, layer)| file.append(layer))
 }

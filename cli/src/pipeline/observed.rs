@@ -7,6 +7,7 @@ use crate::io::Inputs;
 use crate::stages::builtin_sky;
 use crate::stages::observations::{self, Observations};
 use dust3d_kernels::healpix::Nside;
+use rayon::prelude::*;
 
 /// The reddening cube at the layers' edges.
 pub(super) struct Cube {
@@ -22,15 +23,12 @@ impl Preparation<'_> {
     ) -> Result<(Observations, Cube), Error> {
         self.progress.stage("observations", 1);
         let writer = self.writer;
-        let mut show = |name: &str, map: &[f64]| {
-            let (quantity, unit) = description(name);
-            writer.map(
-                &format!("observations/{name}"),
-                quantity,
-                unit,
-                map,
-                Dtype::F64,
-            )
+        let mut show = |maps: &[(&str, &[f64])]| {
+            maps.par_iter().try_for_each(|(name, map)| {
+                let (quantity, unit) = description(name);
+                let stem = format!("observations/{name}");
+                writer.map(&stem, quantity, unit, map, Dtype::F64)
+            })
         };
         let mut inputs = match inputs {
             Some(inputs) => inputs,

@@ -6,6 +6,7 @@ use crate::sht::Harmonics;
 use crate::stages::small_scales::{self, Fitted, StokesMaps};
 use crate::store::{Store, Stored};
 use num_complex::Complex;
+use rayon::prelude::*;
 
 /// What small scales know of a layer.
 pub(super) struct Measured {
@@ -57,17 +58,20 @@ impl Realisation<'_> {
             } else {
                 layer
             };
-            let mut kept = Vec::with_capacity(3);
-            for (stokes, map) in [("I", maps.i), ("Q", maps.q), ("U", maps.u)] {
-                self.writer.map(
-                    &format!("templates/{stokes}_{number}"),
-                    "template of the layer at 353 GHz",
-                    "MJy/sr",
-                    &map,
-                    dtype,
-                )?;
-                kept.push(self.base.store.keep(map)?);
-            }
+            let (writer, store) = (self.writer, &self.base.store);
+            let kept = [("I", maps.i), ("Q", maps.q), ("U", maps.u)]
+                .into_par_iter()
+                .map(|(stokes, map)| {
+                    writer.map(
+                        &format!("templates/{stokes}_{number}"),
+                        "template of the layer at 353 GHz",
+                        "MJy/sr",
+                        &map,
+                        dtype,
+                    )?;
+                    store.keep(map)
+                })
+                .collect::<Result<Vec<_>, Error>>()?;
             templates.extend(<[Stored; 3]>::try_from(kept));
             self.progress.advance(1);
         }

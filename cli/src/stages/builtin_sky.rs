@@ -13,6 +13,7 @@
 //! It is one provider of observations like files are; the pipeline sees no difference.
 
 use super::emission::{self, Law, Layer};
+use super::observations::Show;
 use super::{field, mirror, regrid};
 use crate::Error;
 use crate::io::inputs::modulus_label;
@@ -124,11 +125,7 @@ pub fn observe(plan: &mut ShtPlan, seed: u64, level: Level) -> Result<Inputs, Er
 ///
 /// # Errors
 /// If a map of `sky` is absent, or `show` fails.
-pub fn others(
-    sky: &Inputs,
-    level: Level,
-    show: &mut dyn FnMut(&str, &[f64]) -> Result<(), Error>,
-) -> Result<(), Error> {
+pub fn others(sky: &Inputs, level: Level, show: &mut Show<'_>) -> Result<(), Error> {
     let get = |name: &str| -> Result<&[f64], Error> {
         let map = sky
             .get(name)
@@ -147,11 +144,9 @@ pub fn others(
         let mut out = [std::array::from_fn(|_| vec![0.0; layer.stokes[0].len()])];
         emission::add_layer(level, &bands, &layer, &mut out)?;
         let [[i, q, u]] = &out;
-        show(&format!("I_{name}"), i)?;
-        if polarised {
-            show(&format!("Q_{name}"), q)?;
-            show(&format!("U_{name}"), u)?;
-        }
+        let [name_i, name_q, name_u] = ["I", "Q", "U"].map(|stokes| format!("{stokes}_{name}"));
+        let maps: [(&str, &[f64]); 3] = [(&name_i, i), (&name_q, q), (&name_u, u)];
+        show(if polarised { &maps } else { &maps[..1] })?;
     }
     Ok(())
 }

@@ -41,9 +41,12 @@ pub struct Observations {
 /// The intensities that τ, T and β are fitted to when they are not given.
 pub const FITTED: [&str; 4] = ["I_353", "I_545", "I_857", "I_2998"];
 
+/// Takes maps, some at a time, with their names: `I_353`, `tau`, `Q_217` …
+pub type Show<'a> = dyn FnMut(&[(&str, &[f64])]) -> Result<(), Error> + 'a;
+
 /// Brings `inputs` (checked, all needed ones there) to the grid `nside`; their maps are used up. The cube is left alone.
 ///
-/// Every map that is made is shown to `show` with its name (`I_353`, `tau`, `Q_217` …): those for validation are not kept.
+/// The maps that are made are shown to `show`: those for validation are not kept.
 ///
 /// # Errors
 /// If a map that is needed is absent, a fit is impossible, or `show` fails.
@@ -52,7 +55,7 @@ pub fn observe(
     config: &Config,
     nside: Nside,
     level: Level,
-    show: &mut dyn FnMut(&str, &[f64]) -> Result<(), Error>,
+    show: &mut Show<'_>,
 ) -> Result<Observations, Error> {
     let least = |inputs: &Inputs, names: &[&str]| {
         let nsides = names.iter().filter_map(|n| inputs.maps.get(*n));
@@ -71,16 +74,14 @@ pub fn observe(
         level,
     };
     let i = grid.scalar("I_353")?;
-    show("I_353", &i)?;
     let (q, u) = grid.polarisation("353")?;
-    show("Q_353", &q)?;
-    show("U_353", &u)?;
+    show(&[("I_353", &i), ("Q_353", &q), ("U_353", &u)])?;
     let mut fitted = Vec::new();
     for nu in ["545", "857", "2998", "217", "143"] {
         let name = format!("I_{nu}");
         if grid.inputs.maps.contains_key(&name) {
             let map = grid.scalar(&name)?;
-            show(&name, &map)?;
+            show(&[(&name, &map)])?;
             if !given && FITTED.contains(&name.as_str()) {
                 fitted.push(map);
             }
@@ -88,8 +89,7 @@ pub fn observe(
         let (name_q, name_u) = (format!("Q_{nu}"), format!("U_{nu}"));
         if grid.inputs.maps.contains_key(&name_q) && grid.inputs.maps.contains_key(&name_u) {
             let (q, u) = grid.polarisation(nu)?;
-            show(&name_q, &q)?;
-            show(&name_u, &u)?;
+            show(&[(&name_q, &q), (&name_u, &u)])?;
         }
     }
     let (tau, t, beta) = if given {
@@ -104,9 +104,7 @@ pub fn observe(
         maps.extend(fitted.iter().map(Vec::as_slice));
         fit_laws(&maps, &config.fit, level)?
     };
-    for (name, map) in [("tau", &tau), ("T", &t), ("beta", &beta)] {
-        show(name, map)?;
-    }
+    show(&[("tau", &tau), ("T", &t), ("beta", &beta)])?;
     Ok(Observations {
         i,
         q,

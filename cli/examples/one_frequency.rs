@@ -7,7 +7,7 @@ use dust3d::io::{Run, RunDir};
 use dust3d::kernels::simd::Level;
 use dust3d::kernels::units::Unit;
 use dust3d::progress::Silent;
-use dust3d::stages::emission::{Law, Layer, Stokes, add_layer, monochromatic};
+use dust3d::stages::emission::{Law, Layer, Stokes, add_layers, monochromatic};
 use dust3d::{Error, pipeline};
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,7 @@ fn main() -> Result<(), Error> {
             law: Law::Maps { t: &t, beta: &beta },
         };
         // MJy/sr; a band is a list of frequencies with weights.
-        add_layer(Level::detect(), &[monochromatic(ghz)?], &layer, &mut sky)?;
+        add_layers(Level::detect(), &[monochromatic(ghz)?], &[layer], &mut sky)?;
     }
     let [[i, q, u]] = &sky;
     let to_uk = Unit::MicroKCmb.from_mjysr(ghz)?;

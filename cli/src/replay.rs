@@ -7,7 +7,7 @@ use crate::io::run::MapStream;
 use crate::kernels::healpix::missing::is_missing;
 use crate::kernels::planck::mbb::MbbNode;
 use crate::kernels::simd::Level;
-use crate::stages::emission::{Law, Layer, Model, Stokes, add_layer};
+use crate::stages::emission::{Law, Layer, Model, Stokes, add_layers};
 use crate::stages::laws::sky::mean_std;
 use crate::store::slabs;
 use rayon::prelude::*;
@@ -310,9 +310,9 @@ pub fn each_slab(
             .iter()
             .map(|_| std::array::from_fn(|_| vec![0.0; slab.len()]))
             .collect();
-        for layer in layers.next(slab.len())? {
-            add_layer(level, bands, &layer.view(), &mut out)?;
-        }
+        let layers = layers.next(slab.len())?;
+        let views: Vec<Layer<'_>> = layers.iter().map(LayerMaps::view).collect();
+        add_layers(level, bands, &views, &mut out)?;
         take(out)?;
         step();
     }

@@ -197,9 +197,7 @@ fn emit(
         .iter()
         .map(|_| std::array::from_fn(|_| vec![0.0; n]))
         .collect();
-    for layer in layers {
-        emission::add_layer(level, bands, layer, &mut out)?;
-    }
+    emission::add_layers(level, bands, layers, &mut out)?;
     Ok(out)
 }
 

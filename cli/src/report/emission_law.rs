@@ -6,7 +6,7 @@ use super::source::Source;
 use crate::error::Result;
 use crate::kernels::healpix::missing::is_missing;
 use crate::plot::{Axis, Chart, Curve, Spread, Style};
-use crate::stages::emission::{Law, Layer, Model, Stokes, add_layer, monochromatic};
+use crate::stages::emission::{Law, Layer, Model, Stokes, add_layers, monochromatic};
 use crate::stages::laws::sky::mean_std;
 
 /// Frequencies of the law, GHz: those of Planck and IRAS, and others between.
@@ -238,10 +238,10 @@ fn by_fit(source: &Source<'_>, nu: f64) -> Result<Vec<f64>> {
     let stokes = source.observed.each_ref().map(Vec::as_slice);
     let mut out: [Stokes; 1] = [std::array::from_fn(|_| vec![0.0; source.plan.npix()])];
     let law = Law::Maps { t: &t, beta: &beta };
-    add_layer(
+    add_layers(
         source.level,
         &[monochromatic(nu)?],
-        &Layer { stokes, law },
+        &[Layer { stokes, law }],
         &mut out,
     )?;
     let [[i, _, _]] = out;

@@ -78,31 +78,33 @@ pub fn monochromatic(nu_ghz: f64) -> Result<Vec<MbbNode>, Error> {
     Ok(vec![MbbNode::new(nu_ghz, NU0_GHZ, 1.0)?])
 }
 
-/// Adds a layer's emission in every band of `bands` to `out`, one I, Q, U per band.
+/// Adds the emission of layers in every band of `bands` to `out`, one I, Q, U per band.
+///
+/// All layers are added to some thousand pixels before the next, so that these stay in cache.
 ///
 /// # Errors
 /// Those of the kernels (lengths, a temperature that is not positive).
-pub fn add_layer(
+pub fn add_layers(
     level: Level,
     bands: &[Vec<MbbNode>],
-    layer: &Layer<'_>,
+    layers: &[Layer<'_>],
     out: &mut [Stokes],
 ) -> Result<(), Error> {
     let bands: Vec<&[MbbNode]> = bands.iter().map(Vec::as_slice).collect();
     let mut maps: Vec<Vec<f64>> = out.iter_mut().flatten().map(std::mem::take).collect();
     let results = parallel::for_columns(&mut maps, |range, mut out| {
-        let stokes = layer.stokes.map(|s| &s[range.clone()]);
-        match layer.law {
-            Law::Maps { t, beta } => mbb_add_iqu(
-                level,
-                &bands,
-                stokes,
-                &t[range.clone()],
-                &beta[range],
-                &mut out,
-            ),
-            Law::Uniform { t, beta } => mbb_add_uniform(level, &bands, stokes, t, beta, &mut out),
-        }
+        layers.iter().try_for_each(|layer| {
+            let stokes = layer.stokes.map(|s| &s[range.clone()]);
+            match layer.law {
+                Law::Maps { t, beta } => {
+                    let (t, beta) = (&t[range.clone()], &beta[range.clone()]);
+                    mbb_add_iqu(level, &bands, stokes, t, beta, &mut out)
+                }
+                Law::Uniform { t, beta } => {
+                    mbb_add_uniform(level, &bands, stokes, t, beta, &mut out)
+                }
+            }
+        })
     });
     for (slot, map) in out.iter_mut().flatten().zip(maps) {
         *slot = map;

@@ -67,12 +67,22 @@ pub trait Sample: sealed::Sealed + Copy {
             }
         }
     }
+    /// Asks for values that will be needed soon; nothing where the lanes cannot.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn prefetch<L: Lanes>(_token: L::Token, _from: &[Self]) {}
     /// 1.
     #[doc(hidden)]
     const ONE: Self;
 }
 
 impl Sample for f64 {
+    #[inline(always)]
+    fn prefetch<L: Lanes>(token: L::Token, from: &[Self]) {
+        for line in from.as_chunks::<8>().0 {
+            L::prefetch(token, line);
+        }
+    }
     const ONE: Self = 1.0;
     #[inline(always)]
     fn load<L: Lanes>(token: L::Token, from: &[Self; 8]) -> L {
@@ -156,6 +166,9 @@ impl MbbNode {
 /// Vectors worked on together: their chains of operations are independent, the constants of a frequency are loaded once
 /// for all, and what is kept of them stays in the nearest cache.
 const BLOCK: usize = 4;
+
+/// Maps are asked for so many pixels ahead: hardware does not look beyond a page, which is 512 of them.
+const AHEAD: usize = 128;
 
 /// What the frequencies share at up to 8 · [`BLOCK`] pixels.
 struct Block<L> {
@@ -342,6 +355,12 @@ fn add_stokes<L: Lanes, E: Sample, const S: usize>(
     let mut sums = [L::splat(token, 0.0); BLOCK];
     for start in (0..n).step_by(8 * BLOCK) {
         let range = start..n.min(start + 8 * BLOCK);
+        let ahead = start + AHEAD..start + AHEAD + 8 * BLOCK;
+        E::prefetch::<L>(token, part(t, &ahead));
+        E::prefetch::<L>(token, part(beta, &ahead));
+        for template in templates {
+            E::prefetch::<L>(token, part(template, &ahead));
+        }
         let block = Block::<L>::new(token, decay0, part(t, &range), part(beta, &range));
         for (band, maps) in bands.iter().zip(out.chunks_mut(S.max(1))) {
             if band.is_empty() {

@@ -152,6 +152,12 @@ pub const fn normals_before(l: u64, m: u64) -> u64 {
     l * (l + 1) + 2 * m
 }
 
+/// Words of all coefficients up to `lmax`: (lmax + 1)(lmax + 2), or the largest number there is.
+fn words_len(lmax: usize) -> usize {
+    let count = lmax.checked_add(2).and_then(|n| n.checked_mul(lmax + 1));
+    count.unwrap_or(usize::MAX)
+}
+
 /// White Gaussian harmonic coefficients, ⟨|a_lm|²⟩ = 1 for every l and m, drawn from the start of a stream.
 ///
 /// a_l0 = x and a_lm = (x + iy)/√2 for m > 0, with (x, y) the next two normals; for m = 0 y is drawn and left. Draws run
@@ -168,11 +174,7 @@ pub fn white_alm_into(
     lmax: usize,
     alm: &mut [Complex<f64>],
 ) -> Result<(), Error> {
-    let expected = lmax
-        .checked_add(2)
-        .and_then(|n| n.checked_mul(lmax + 1))
-        .map_or(usize::MAX, |n| n / 2);
-    Error::check_len("alm", expected, alm.len())?;
+    Error::check_len("alm", words_len(lmax) / 2, alm.len())?;
     for l in 0..=lmax {
         let mut index = l;
         for m in 0..=l {
@@ -201,11 +203,7 @@ pub fn white_order_into(
     m: usize,
     order: &mut [Complex<f64>],
 ) -> Result<(), Error> {
-    let count = lmax
-        .checked_add(2)
-        .and_then(|n| n.checked_mul(lmax + 1))
-        .unwrap_or(usize::MAX);
-    Error::check_len("words", count, words.len())?;
+    Error::check_len("words", words_len(lmax), words.len())?;
     Error::check_len("order", (lmax + 1).saturating_sub(m), order.len())?;
     for (l, a) in (m..).zip(order) {
         let at = l * (l + 1) + 2 * m;

@@ -152,6 +152,20 @@ impl Lanes for Avx512Lanes {
         Self(unsafe { _mm512_sqrt_pd(self.0) })
     }
     #[inline(always)]
+    fn sqrt_near(self, _: Avx512Token) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            // 1/√x to 2^−14, then √x to 2^−28, 2^−42, 2^−53: each step corrects by (x − r²)/2√x. It keeps clear of the
+            // divider, which would take 24 cycles.
+            let inverse = _mm512_rsqrt14_pd(self.0);
+            let half = _mm512_mul_pd(inverse, _mm512_set1_pd(0.5));
+            let r = _mm512_mul_pd(self.0, inverse);
+            let r = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, self.0), half, r);
+            let r = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, self.0), half, r);
+            Self(_mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, self.0), half, r))
+        }
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_abs_pd(self.0) })
@@ -205,6 +219,16 @@ impl Lanes for Avx512Lanes {
     fn from_bits(bits: Avx512Bits) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_castsi512_pd(bits.0) })
+    }
+    #[inline(always)]
+    fn from_whole(_: Avx512Token, whole: Avx512Bits) -> Self {
+        // SAFETY: the token proves the features; registers only.
+        Self(unsafe { _mm512_cvtepu64_pd(whole.0) })
+    }
+    #[inline(always)]
+    fn to_whole(self, _: Avx512Token) -> Avx512Bits {
+        // SAFETY: the token proves the features; registers only.
+        Avx512Bits(unsafe { _mm512_cvtpd_epu64(self.0) })
     }
     #[inline(always)]
     fn is_zero(bits: Avx512Bits) -> Avx512Mask {
@@ -397,6 +421,11 @@ impl Bits for Avx512Bits {
     fn shr<const N: u32>(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_srli_epi64::<N>(self.0) })
+    }
+    #[inline(always)]
+    fn xor3(self, a: Self, b: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_ternarylogic_epi64::<0x96>(self.0, a.0, b.0) })
     }
     #[inline(always)]
     fn spread_bytes(self) -> Self {

@@ -100,6 +100,12 @@ pub trait Lanes:
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
+    /// Square root of a normal positive number to 2^−50, the last bits of which may depend on the level: for results that
+    /// will be rounded to whole numbers.
+    #[inline(always)]
+    fn sqrt_near(self, _token: Self::Token) -> Self {
+        self.sqrt()
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// The lesser; `other` where either is NaN.
@@ -233,6 +239,11 @@ pub trait Bits:
     fn shl<const N: u32>(self) -> Self;
     /// Shifted towards the low bits by N < 64, zeros coming in.
     fn shr<const N: u32>(self) -> Self;
+    /// self ^ a ^ b.
+    #[inline(always)]
+    fn xor3(self, a: Self, b: Self) -> Self {
+        self ^ a ^ b
+    }
     /// Bytes 0 … 7 of every lane to places 0, 2, 4, 6, 1, 3, 5, 7.
     fn spread_bytes(self) -> Self;
     /// The inverse of [`spread_bytes`](Self::spread_bytes).
@@ -258,5 +269,5 @@ pub trait Bits:
 #[inline(always)]
 fn swap_bits<B: Bits, const N: u32>(token: B::Token, v: B, mask: u64) -> B {
     let t = (v ^ v.shr::<N>()) & B::splat(token, mask);
-    v ^ t ^ t.shl::<N>()
+    v.xor3(t, t.shl::<N>())
 }

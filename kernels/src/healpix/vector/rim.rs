@@ -45,9 +45,7 @@ impl<L: Lanes> Grid<L> {
     fn arcs(&self, disc: &Disc, height: L, out: &mut Arcs) {
         let token = self.token;
         let south = height.lt(self.zero);
-        let distance = height.abs();
-        let cap = self.n.lt(distance);
-        let quarter = L::select(cap, self.n + self.n - distance, self.n);
+        let (cap, quarter) = self.ring_at(height);
         // Latitude.
         let half_sine = quarter * self.sine_step;
         let t = self.two * half_sine * half_sine;
@@ -88,15 +86,7 @@ impl<L: Lanes> Grid<L> {
         let number = self.where_set(some, number.max(self.zero));
         let west = west + self.where_set(west.lt(self.zero), len);
         let west = west - self.where_set(len.le(west), len);
-        let first = L::select(
-            cap,
-            L::select(
-                south,
-                self.npix - pair * (quarter + self.one),
-                pair * (quarter - self.one),
-            ),
-            self.cap + self.turn * from_edge,
-        );
+        let first = self.first_pixel(cap, south, height, quarter);
         first.to_whole(token).store(&mut out.first);
         len.to_whole(token).store(&mut out.len);
         west.to_whole(token).store(&mut out.west);

@@ -202,18 +202,26 @@ impl Job {
             .map(|(&theta, &phi)| Location::from_ang(theta, phi).expect("good input"))
             .collect();
         let ranges = &mut self.ranges;
+        let run = |ranges: &mut Vec<[u64; 2]>, centre| {
+            let add = |r: std::ops::Range<u64>| ranges.push([r.start, r.end]);
+            if is_nested {
+                disc::nested_ranges(nside, centre, radius, Default::default(), add)
+            } else {
+                disc::ring_ranges(level, nside, centre, radius, Default::default(), add)
+            }
+            .expect("good input");
+        };
+        // Timed one at a time, as one uses them; then all, to be looked at.
         let ms = best(repeats, || {
-            ranges.clear();
             for &centre in &centres {
-                let add = |r: std::ops::Range<u64>| ranges.push([r.start, r.end]);
-                if is_nested {
-                    disc::nested_ranges(nside, centre, radius, Default::default(), add)
-                } else {
-                    disc::ring_ranges(level, nside, centre, radius, Default::default(), add)
-                }
-                .expect("good input");
+                ranges.clear();
+                run(ranges, centre);
             }
         });
+        ranges.clear();
+        for &centre in &centres {
+            run(ranges, centre);
+        }
         (ms, centres.len())
     }
 

@@ -203,14 +203,17 @@ class Discs:
             for v in self.vec:
                 hp.query_disc(nside, v, self.radius, nest=nest)
 
-        return healpy if self.listed else None, lambda: [base.query_disc(a, self.radius) for a in self.ang]
+        def ducc():
+            for a in self.ang:
+                base.query_disc(a, self.radius)
+
+        return healpy if self.listed else None, ducc
 
     def check(self, what, order, level):
         self.points.ours.ask("discs", self.radius, order, level, 1)
         self.points.ours.ask("write", self.points.folder)
         ours = np.fromfile(self.points.folder / "ranges", np.int64).reshape(-1, 2)
-        _, ducc = self.peers(what, order)
-        theirs = np.concatenate(ducc())
+        theirs = np.concatenate([self.points.bases[order].query_disc(a, self.radius) for a in self.ang])
         pixels, peer = (np.sum(r[:, 1] - r[:, 0]) for r in (ours, theirs))
         # A centre on the rim may fall on either side.
         ours, theirs = joined(ours), joined(theirs)

@@ -22,7 +22,7 @@ mod stencil;
 
 pub(super) use around::{nested_neighbours, ring_neighbours};
 pub(super) use points::{ang2pix, nest2ring, pix2ang, pix2vec, ring2nest, vec2pix};
-pub(super) use rim::{Arc, Disc, arcs};
+pub(super) use rim::{Arc, Arcs, Disc, arcs};
 pub(super) use stencil::stencils;
 
 use super::Nside;

@@ -405,14 +405,17 @@ fn discs(c: &mut Criterion) {
                     .expect("disc");
             });
             let pixels = count(&ranges);
-            let mut nested = || {
-                ranges.clear();
-                let add = |r| ranges.push(r);
-                disc::nested_ranges(p.nside, centre, radius, Default::default(), add)
-                    .expect("disc");
-            };
-            nested();
-            time(&mut group, p.nside, "nested", nested);
+            for level in Level::available() {
+                let mut nested = || {
+                    ranges.clear();
+                    let add = |r| ranges.push(r);
+                    let inclusion = disc::Inclusion::Centres;
+                    disc::nested_ranges(level, p.nside, centre, radius, inclusion, add)
+                        .expect("disc");
+                };
+                nested();
+                time(&mut group, p.nside, &format!("{level} nested"), nested);
+            }
             assert_eq!(count(&ranges), pixels);
             let cds = || {
                 let lat = PI / 2.0 - theta;

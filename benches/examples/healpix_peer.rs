@@ -205,7 +205,7 @@ impl Job {
         let run = |ranges: &mut Vec<[u64; 2]>, centre| {
             let add = |r: std::ops::Range<u64>| ranges.push([r.start, r.end]);
             if is_nested {
-                disc::nested_ranges(nside, centre, radius, Default::default(), add)
+                disc::nested_ranges(level, nside, centre, radius, Default::default(), add)
             } else {
                 disc::ring_ranges(level, nside, centre, radius, Default::default(), add)
             }

@@ -44,13 +44,14 @@ const BLOCK: usize = 4;
 
 /// Eight rings' arcs as ranges of pixels; empty where start and end are equal.
 #[derive(Clone, Copy, Default)]
+#[repr(align(64))]
 struct Ranges {
     start: [u64; 8],
     end: [u64; 8],
-    /// Do any reach across φ = 0? Then those have a second range.
-    across: bool,
     eastern_start: [u64; 8],
     eastern_end: [u64; 8],
+    /// Do any reach across φ = 0? Then those have an eastern range, too.
+    across: bool,
 }
 
 /// Takes the arcs of a disc, from the north.

@@ -152,20 +152,6 @@ impl Lanes for Avx512Lanes {
         Self(unsafe { _mm512_sqrt_pd(self.0) })
     }
     #[inline(always)]
-    fn sqrt_near(self, _: Avx512Token) -> Self {
-        // SAFETY: lanes exist only with a token; registers only.
-        unsafe {
-            // 1/√x to 2^−14, then √x to 2^−28, 2^−42, 2^−53: each step corrects by (x − r²)/2√x. It keeps clear of the
-            // divider, which would take 24 cycles.
-            let inverse = _mm512_rsqrt14_pd(self.0);
-            let half = _mm512_mul_pd(inverse, _mm512_set1_pd(0.5));
-            let r = _mm512_mul_pd(self.0, inverse);
-            let r = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, self.0), half, r);
-            let r = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, self.0), half, r);
-            Self(_mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, self.0), half, r))
-        }
-    }
-    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_abs_pd(self.0) })

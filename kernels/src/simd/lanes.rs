@@ -100,12 +100,6 @@ pub trait Lanes:
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
-    /// Square root of a normal positive number to 2^−50, the last bits of which may depend on the level: for results that
-    /// will be rounded to whole numbers.
-    #[inline(always)]
-    fn sqrt_near(self, _token: Self::Token) -> Self {
-        self.sqrt()
-    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// The lesser; `other` where either is NaN.

@@ -55,9 +55,7 @@ impl<L: Lanes> Grid<L> {
     fn polar_place(&self, from_pole: L) -> (L, L) {
         // 2 i (i − 1) ≤ p < 2 i (i + 1) means (2i − 1)² ≤ 2p + 1 < (2i + 1)²; half a unit more, and the root is never at
         // an odd whole number, nor its half at a tie.
-        let root = from_pole
-            .mul_add(self.two, self.c(1.5))
-            .sqrt_near(self.token);
+        let root = from_pole.mul_add(self.two, self.c(1.5)).sqrt();
         let ring = (root * self.half).round();
         let index = (ring + ring).neg_mul_add(ring - self.one, from_pole);
         (ring, index)

@@ -251,10 +251,7 @@ impl Near {
             };
             let mut depth = 0;
             stack[0] = self.open::<L>(token, at, first_step);
-            loop {
-                let Some(found) = stack.get_mut(depth) else {
-                    break;
-                };
+            while let Some(found) = stack.get_mut(depth) {
                 if found.near == 0 {
                     if depth == 0 {
                         break;

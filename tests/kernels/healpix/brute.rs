@@ -192,8 +192,8 @@ fn levels_agree_discs_in_either_order() {
         let pixel = nside.resolution();
         for (i, &(theta, phi)) in [
             (0.0, 0.0),
-            (0.3, 6.283),
-            (0.9, 1.571),
+            (0.3, 6.28),
+            (0.9, 1.57),
             (1.6, 0.0),
             (2.7, 4.0),
         ]

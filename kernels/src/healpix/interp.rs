@@ -80,15 +80,15 @@ impl HalfRing {
     #[inline]
     fn around(self, turns: f64) -> (u64, u64, f64) {
         let at = turns * self.quarter - self.shift;
-        let floor = scalar::floor(at);
-        // −1 is the last pixel; rounding may reach the end.
-        let west = if floor < 0.0 {
-            self.len - 1
+        // −½ … 0 lies between the last pixel and the first; rounding may reach the end.
+        let (west, weight) = if at < 0.0 {
+            (self.len - 1, at + 1.0)
         } else {
-            (floor as u64).min(self.len - 1)
+            let west = at as u64;
+            (west.min(self.len - 1), at - west as f64)
         };
         let east = if west + 1 == self.len { 0 } else { west + 1 };
-        (self.first + west, self.first + east, at - floor)
+        (self.first + west, self.first + east, weight)
     }
 }
 

@@ -207,6 +207,16 @@ impl Lanes for Avx512Lanes {
         Self(unsafe { _mm512_castsi512_pd(bits.0) })
     }
     #[inline(always)]
+    fn from_whole(_: Avx512Token, whole: Avx512Bits) -> Self {
+        // SAFETY: the token proves the features; registers only.
+        Self(unsafe { _mm512_cvtepu64_pd(whole.0) })
+    }
+    #[inline(always)]
+    fn to_whole(self, _: Avx512Token) -> Avx512Bits {
+        // SAFETY: the token proves the features; registers only.
+        Avx512Bits(unsafe { _mm512_cvtpd_epu64(self.0) })
+    }
+    #[inline(always)]
     fn is_zero(bits: Avx512Bits) -> Avx512Mask {
         // SAFETY: lanes exist only with a token; registers only.
         Avx512Mask(unsafe { _mm512_testn_epi64_mask(bits.0, bits.0) })
@@ -397,6 +407,11 @@ impl Bits for Avx512Bits {
     fn shr<const N: u32>(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_srli_epi64::<N>(self.0) })
+    }
+    #[inline(always)]
+    fn xor3(self, a: Self, b: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_ternarylogic_epi64::<0x96>(self.0, a.0, b.0) })
     }
     #[inline(always)]
     fn spread_bytes(self) -> Self {

@@ -233,6 +233,11 @@ pub trait Bits:
     fn shl<const N: u32>(self) -> Self;
     /// Shifted towards the low bits by N < 64, zeros coming in.
     fn shr<const N: u32>(self) -> Self;
+    /// self ^ a ^ b.
+    #[inline(always)]
+    fn xor3(self, a: Self, b: Self) -> Self {
+        self ^ a ^ b
+    }
     /// Bytes 0 … 7 of every lane to places 0, 2, 4, 6, 1, 3, 5, 7.
     fn spread_bytes(self) -> Self;
     /// The inverse of [`spread_bytes`](Self::spread_bytes).
@@ -258,5 +263,5 @@ pub trait Bits:
 #[inline(always)]
 fn swap_bits<B: Bits, const N: u32>(token: B::Token, v: B, mask: u64) -> B {
     let t = (v ^ v.shr::<N>()) & B::splat(token, mask);
-    v ^ t ^ t.shl::<N>()
+    v.xor3(t, t.shl::<N>())
 }

@@ -121,12 +121,15 @@ fn naive_small_discs() {
                         .map(|&p| ring2nest(nside, p).unwrap())
                         .collect();
                     expected.sort_unstable();
-                    let mut got = Vec::new();
-                    disc::nested_ranges(nside, centre, radius, disc::Inclusion::Centres, |r| {
-                        got.extend(r);
-                    })
-                    .unwrap();
-                    assert_eq!(got, expected);
+                    for level in Level::available() {
+                        let mut got = Vec::new();
+                        let inclusion = disc::Inclusion::Centres;
+                        disc::nested_ranges(level, nside, centre, radius, inclusion, |r| {
+                            got.extend(r);
+                        })
+                        .unwrap();
+                        assert_eq!(got, expected, "{level} nside {n} ({theta}, {phi}) {radius}");
+                    }
                 }
             }
         }
@@ -154,7 +157,10 @@ fn naive_small_overlapping_discs() {
                 in_ring.extend(r);
             })
             .unwrap();
-            disc::nested_ranges(nside, centre, radius, inclusion, |r| in_nested.extend(r)).unwrap();
+            disc::nested_ranges(Level::detect(), nside, centre, radius, inclusion, |r| {
+                in_nested.extend(r);
+            })
+            .unwrap();
             for pixel in 0..nside.npix() {
                 let (face, x, y) = naive_face_xy(order, pixel);
                 let touched = (0..100).any(|k| {
@@ -172,6 +178,47 @@ fn naive_small_overlapping_discs() {
             let reach = radius + 2.0 * nside.max_pixel_radius();
             for &pixel in &in_ring {
                 assert!(distance(ring::pix2vec(nside, pixel).unwrap(), centre.to_vec()) < reach);
+            }
+        }
+    }
+}
+
+/// Both orders and all levels find the same pixels, at every depth of the tree, small discs and large, on the poles, on
+/// φ = 0 and in between.
+#[test]
+fn levels_agree_discs_in_either_order() {
+    for order in 0..30 {
+        let nside = Nside::new(1 << order).unwrap();
+        let pixel = nside.resolution();
+        for (i, &(theta, phi)) in [(0.0, 0.0), (0.3, -0.01), (0.9, 1.6), (1.6, 0.0), (2.7, 4.0)]
+            .iter()
+            .enumerate()
+        {
+            let centre = Location::from_ang(theta, phi).unwrap();
+            for radius in [0.2, 1.3, 7.7, 40.3 + i as f64].map(|pixels| pixels * pixel) {
+                let mut found = Vec::new();
+                for level in Level::available() {
+                    let (mut in_ring, mut in_nested) = (Vec::new(), Vec::new());
+                    let inclusion = disc::Inclusion::Centres;
+                    disc::ring_ranges(level, nside, centre, radius, inclusion, |r| {
+                        in_ring.extend(r.map(|p| ring2nest(nside, p).unwrap()));
+                    })
+                    .unwrap();
+                    let mut end = None;
+                    disc::nested_ranges(level, nside, centre, radius, inclusion, |r| {
+                        assert!(r.start < r.end && end.is_none_or(|end| end < r.start));
+                        end = Some(r.end);
+                        in_nested.extend(r);
+                    })
+                    .unwrap();
+                    in_ring.sort_unstable();
+                    assert_eq!(
+                        in_ring, in_nested,
+                        "{level} {order} ({theta}, {phi}) {radius}"
+                    );
+                    found.push(in_nested);
+                }
+                assert!(found.iter().all(|f| *f == found[0]));
             }
         }
     }

@@ -141,7 +141,9 @@ fn bad_pixels_and_angles_are_refused() {
         assert!(
             disc::ring_ranges(Level::detect(), nside, pole, radius, inclusion, |_| ()).is_err()
         );
-        assert!(disc::nested_ranges(nside, pole, radius, inclusion, |_| ()).is_err());
+        assert!(
+            disc::nested_ranges(Level::detect(), nside, pole, radius, inclusion, |_| ()).is_err()
+        );
     }
 }
 

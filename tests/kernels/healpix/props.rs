@@ -1,6 +1,7 @@
 //! Properties over random input, for every Nside.
 
-use dust3d_kernels::healpix::{Location, Nside, disc, ring};
+use dust3d_kernels::healpix::{Location, NO_PIXEL, Nside, disc, nested, ring};
+use dust3d_kernels::healpix::{nest2ring, nest2ring_into, ring2nest, ring2nest_into};
 use dust3d_kernels::simd::Level;
 use dust3d_tests::healpix::{assert_direction, assert_pixel, distance};
 use proptest::prelude::*;
@@ -81,6 +82,82 @@ proptest! {
             let apart = distance(ring::pix2vec(nside, pixel).unwrap(), centre.to_vec());
             if (apart - radius).abs() > 1e-12 {
                 prop_assert_eq!(inside[pixel as usize], apart < radius);
+            }
+        }
+    }
+}
+
+/// Orders and neighbours of slices are those of their elements, at every level of instructions: random pixels, those of the
+/// caps and of the borders of faces among them, at powers of two and other Nside.
+#[test]
+fn levels_agree_random_pixels() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        state >> 11
+    };
+    for n in (0..30)
+        .map(|k| 1 << k)
+        .chain([3, 7, 100, 1000, 5_000, (1 << 22) - 1])
+    {
+        let nside = Nside::new(n).unwrap();
+        let pixels: Vec<u64> = (0..1003)
+            .map(|k| {
+                let pixel = (random() >> (k % 40)) % nside.npix();
+                // A third from the end; a third on the borders of faces, in NESTED order.
+                match k % 3 {
+                    0 => pixel,
+                    1 => nside.npix() - 1 - pixel,
+                    _ => (pixel & 0x5555_5555_5555_5555) % nside.npix(),
+                }
+            })
+            .collect();
+        for level in Level::available() {
+            let mut out = vec![0; pixels.len()];
+            let mut planes = vec![vec![0; pixels.len()]; 8];
+            let neighbours_ok = |planes: &[Vec<u64>], scalar: &dyn Fn(u64) -> [Option<u64>; 8]| {
+                for (k, &pixel) in pixels.iter().enumerate() {
+                    let expected = scalar(pixel).map(|p| p.unwrap_or(NO_PIXEL));
+                    let got: Vec<u64> = planes.iter().map(|plane| plane[k]).collect();
+                    assert_eq!(got, expected, "{level} nside {n} pixel {pixel}");
+                }
+            };
+            let slices = planes
+                .iter_mut()
+                .map(Vec::as_mut_slice)
+                .collect::<Vec<_>>()
+                .try_into()
+                .unwrap();
+            ring::neighbours_into(level, nside, &pixels, slices).unwrap();
+            neighbours_ok(&planes, &|p| ring::neighbours(nside, p).unwrap());
+            if nside.order().is_none() {
+                continue;
+            }
+            let slices = planes
+                .iter_mut()
+                .map(Vec::as_mut_slice)
+                .collect::<Vec<_>>()
+                .try_into()
+                .unwrap();
+            nested::neighbours_into(level, nside, &pixels, slices).unwrap();
+            neighbours_ok(&planes, &|p| nested::neighbours(nside, p).unwrap());
+            ring2nest_into(level, nside, &pixels, &mut out).unwrap();
+            for (&pixel, &got) in pixels.iter().zip(&out) {
+                assert_eq!(
+                    got,
+                    ring2nest(nside, pixel).unwrap(),
+                    "{level} nside {n} {pixel}"
+                );
+            }
+            nest2ring_into(level, nside, &pixels, &mut out).unwrap();
+            for (&pixel, &got) in pixels.iter().zip(&out) {
+                assert_eq!(
+                    got,
+                    nest2ring(nside, pixel).unwrap(),
+                    "{level} nside {n} {pixel}"
+                );
             }
         }
     }

@@ -179,7 +179,7 @@ fn equal_nsides_copy_every_bit() {
 
 #[test]
 fn naive_random_reorder() {
-    for n in [1, 2, 4, 16, 64] {
+    for n in [1, 2, 4, 16, 64, 256] {
         let nside = Nside::new(n).unwrap();
         let map = with_holes(nside);
         for level in Level::available() {

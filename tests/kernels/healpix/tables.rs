@@ -118,7 +118,7 @@ fn healpy_table_discs() {
             let mut got = Vec::new();
             let each = |range: core::ops::Range<u64>| got.extend([range.start, range.end]);
             if is_nested {
-                disc::nested_ranges(nside, centre, radius, inclusion, each).unwrap();
+                disc::nested_ranges(level, nside, centre, radius, inclusion, each).unwrap();
             } else {
                 disc::ring_ranges(level, nside, centre, radius, inclusion, each).unwrap();
             }

@@ -16,7 +16,7 @@ impl<F: FnMut(Range<u64>)> Emitter<F> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn push(&mut self, range: Range<u64>) {
         if range.is_empty() {
             return;
@@ -29,7 +29,7 @@ impl<F: FnMut(Range<u64>)> Emitter<F> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn flush(&mut self) {
         if !self.pending.is_empty() {
             (self.each)(self.pending.clone());

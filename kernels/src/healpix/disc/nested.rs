@@ -1,18 +1,17 @@
 //! Discs in NESTED order.
 
-use super::super::faces::FacePixel;
+use super::super::faces::{FacePixel, quarter_turns};
 use super::super::ring::location_valid;
+use super::super::vector::{self, LEVELS, Near, Quads};
 use super::super::{Location, Nside};
 use super::emit::Emitter;
 use super::ring::chord2_between;
 use super::{Inclusion, squared_chord};
 use crate::Error;
 use crate::healpix::location::domain;
+use crate::simd::Level;
 use core::f64::consts::PI;
 use core::ops::Range;
-
-/// Levels of the quadtree, 2⁰ … 2²⁹.
-const LEVELS: usize = 30;
 
 /// The pixels of a disc in NESTED order, as ascending ranges given to `each`.
 ///
@@ -22,6 +21,7 @@ const LEVELS: usize = 30;
 /// [`Error::Nside`] where Nside is not a power of two; [`Error::Domain`] unless `centre` is a direction and `radius` ≥ 0,
 /// or if `fact` is not a power of two or makes Nside exceed 2²⁹.
 pub fn nested_ranges(
+    level: Level,
     nside: Nside,
     centre: Location,
     radius: f64,
@@ -51,17 +51,40 @@ pub fn nested_ranges(
     let mut out = Emitter::new(each);
     if radius >= PI {
         out.push(0..nside.npix());
-    } else {
-        let walk = Walk {
-            order,
-            deepest,
-            overlapping: inclusion != Inclusion::Centres,
-            centre,
-            chord2: squared_chord(radius),
-            bounds: Bounds::new(radius),
-        };
-        walk.run(&mut out);
+        out.finish();
+        return Ok(());
     }
+    let chord2 = squared_chord(radius);
+    let Bounds {
+        mut outside,
+        mut inside,
+    } = Bounds::new(radius);
+    let rim = Rim {
+        order,
+        deepest,
+        centre,
+        chord2,
+        outside,
+    };
+    if let (Some(outer), Some(inner)) = (
+        outside.get_mut(order as usize),
+        inside.get_mut(order as usize),
+    ) {
+        // At the level of the map, centres decide; around them, sub-pixels do.
+        *inner = chord2.next_up();
+        if inclusion == Inclusion::Centres {
+            *outer = chord2;
+        }
+    }
+    let near = Near {
+        centre,
+        turns: 0.25 * quarter_turns(centre.phi),
+        order,
+        outer: outside,
+        inner: inside,
+    };
+    let mut leaves = Leaves { rim, out: &mut out };
+    vector::quads(level, &near, &mut leaves);
     out.finish();
     Ok(())
 }
@@ -97,105 +120,68 @@ impl Bounds {
     }
 }
 
-/// Where a pixel lies.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Zone {
-    Outside,
-    /// Its centre is outside, but no farther than its radius.
-    Rim,
-    CentreInside,
-    Inside,
-}
-
-struct Walk {
+/// Pixels whose sub-pixels decide.
+struct Rim {
     order: u32,
     deepest: u32,
-    overlapping: bool,
     centre: Location,
     chord2: f64,
-    bounds: Bounds,
+    outside: [f64; LEVELS],
 }
 
-/// What to do with a pixel of the tree.
-enum Verdict {
-    Skip,
-    Open,
-    /// All of its pixels of the map's level (or the one it lies in).
-    Take,
-}
-
-impl Walk {
-    fn zone(&self, level: u32, pixel: u64) -> Zone {
-        let Ok(nside) = Nside::new(1 << level) else {
-            return Zone::Outside;
-        };
-        let centre = location_valid(nside, FacePixel::from_nested(level, pixel).to_ring(nside));
-        let chord2 = chord2_between(centre, self.centre);
-        let at = |table: &[f64; LEVELS]| table.get(level as usize).copied().unwrap_or(0.0);
-        if chord2 > at(&self.bounds.outside) {
-            Zone::Outside
-        } else if chord2 > self.chord2 {
-            Zone::Rim
-        } else if chord2 >= at(&self.bounds.inside) {
-            Zone::CentreInside
-        } else {
-            Zone::Inside
-        }
-    }
-
-    fn verdict(&self, level: u32, pixel: u64) -> Verdict {
-        let zone = self.zone(level, pixel);
-        if zone == Zone::Outside {
-            return Verdict::Skip;
-        }
-        if level < self.order {
-            return if zone == Zone::Inside {
-                Verdict::Take
-            } else {
-                Verdict::Open
-            };
-        }
-        if zone >= Zone::CentreInside {
-            Verdict::Take
-        } else if !self.overlapping {
-            Verdict::Skip
-        } else if level < self.deepest {
-            Verdict::Open
-        } else {
-            Verdict::Take
-        }
-    }
-
+impl Rim {
+    /// Does a pixel of the map's level overlap with the disc? Its centre lies outside, but not too far.
+    ///
     /// Depth first, without a stack: the next pixel of a level is the next number, and a number divisible by four means
     /// that a quad is done and its parent's successor is next.
-    fn run<F: FnMut(Range<u64>)>(&self, out: &mut Emitter<F>) {
-        let (mut level, mut pixel) = (0, 0);
-        loop {
-            match self.verdict(level, pixel) {
-                Verdict::Open => {
-                    level += 1;
-                    pixel *= 4;
-                    continue;
-                }
-                Verdict::Take if level <= self.order => {
-                    let below = 2 * (self.order - level);
-                    out.push(pixel << below..(pixel + 1) << below);
-                }
-                Verdict::Take => {
-                    pixel >>= 2 * (level - self.order);
-                    level = self.order;
-                    out.push(pixel..pixel + 1);
-                }
-                Verdict::Skip => {}
+    fn overlaps(&self, pixel: u64) -> bool {
+        if self.order == self.deepest {
+            return true;
+        }
+        let (mut level, mut sub) = (self.order + 1, 4 * pixel);
+        while level > self.order {
+            let chord2 = self.chord2_of(level, sub);
+            let outside = self.outside.get(level as usize).copied().unwrap_or(0.0);
+            if chord2 <= self.chord2 || (level == self.deepest && chord2 <= outside) {
+                return true;
             }
-            pixel += 1;
-            while level > 0 && pixel.is_multiple_of(4) {
+            if chord2 <= outside {
+                level += 1;
+                sub *= 4;
+                continue;
+            }
+            sub += 1;
+            while level > self.order && sub.is_multiple_of(4) {
                 level -= 1;
-                pixel /= 4;
+                sub /= 4;
             }
-            if level == 0 && pixel >= 12 {
-                return;
-            }
+        }
+        false
+    }
+
+    fn chord2_of(&self, level: u32, pixel: u64) -> f64 {
+        let Ok(nside) = Nside::new(1 << level) else {
+            return 4.0;
+        };
+        let centre = location_valid(nside, FacePixel::from_nested(level, pixel).to_ring(nside));
+        chord2_between(centre, self.centre)
+    }
+}
+
+/// Hands pixels on as ranges.
+struct Leaves<'a, F: FnMut(Range<u64>)> {
+    rim: Rim,
+    out: &'a mut Emitter<F>,
+}
+
+impl<F: FnMut(Range<u64>)> Quads for Leaves<'_, F> {
+    #[inline(always)]
+    fn range(&mut self, start: u64, end: u64) {
+        self.out.push(start..end);
+    }
+    fn rim(&mut self, pixel: u64) {
+        if self.rim.overlaps(pixel) {
+            self.out.push(pixel..pixel + 1);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::super::faces::FacePixel;
 use super::super::layout::{self, RingPixel, first_pixel, is_shifted, quarter_length, ring_above};
 use super::super::ring::location_valid;
-use super::super::vector::{self, Arc, Disc};
+use super::super::vector::{self, Arc, Arcs, Disc};
 use super::super::{Location, Nside, faces};
 use super::emit::Emitter;
 use super::{Inclusion, squared_chord};
@@ -57,10 +57,11 @@ pub fn ring_ranges(
     let (north, south) = ring_span(nside, centre, rim.reach);
     if vector::fits(nside) {
         match rim.check {
-            None => vector::arcs(level, &rim.disc, north, south, &mut |arc| out.push_arc(arc)),
-            Some(_) => vector::arcs(level, &rim.disc, north, south, &mut |arc| {
-                out.push_arc(rim.trimmed(arc));
-            }),
+            None => vector::arcs(level, &rim.disc, north, south, &mut out),
+            Some(_) => {
+                let (rim, out) = (&rim, &mut out);
+                vector::arcs(level, &rim.disc, north, south, &mut Trimmed { rim, out });
+            }
         }
     } else {
         for ring in north..=south {
@@ -107,6 +108,35 @@ impl<F: FnMut(Range<u64>)> Emitter<F> {
         } else {
             self.push(first + west..first + west + count);
         }
+    }
+}
+
+impl<F: FnMut(Range<u64>)> Arcs for Emitter<F> {
+    const AS_ARCS: bool = false;
+
+    #[inline(always)]
+    fn range(&mut self, start: u64, end: u64) {
+        self.push(start..end);
+    }
+    fn arc(&mut self, arc: Arc) {
+        self.push_arc(arc);
+    }
+}
+
+/// Hands arcs on without those pixels at their ends that do not overlap with the disc.
+struct Trimmed<'a, F: FnMut(Range<u64>)> {
+    rim: &'a Rim,
+    out: &'a mut Emitter<F>,
+}
+
+impl<F: FnMut(Range<u64>)> Arcs for Trimmed<'_, F> {
+    const AS_ARCS: bool = true;
+
+    fn range(&mut self, start: u64, end: u64) {
+        self.out.push(start..end);
+    }
+    fn arc(&mut self, arc: Arc) {
+        self.out.push_arc(self.rim.trimmed(arc));
     }
 }
 

@@ -13,6 +13,7 @@
 
 mod degrade;
 mod reorder;
+mod stretch;
 mod upgrade;
 
 pub use degrade::{degrade_ring, degrade_ring_range};

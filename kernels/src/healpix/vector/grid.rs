@@ -1,7 +1,7 @@
 //! The numbers of a grid, in all lanes.
 
 use super::super::Nside;
-use crate::simd::Lanes;
+use crate::simd::{Bits, Lanes};
 use core::f64::consts::{FRAC_PI_4, PI};
 
 /// √6, rounded.
@@ -27,9 +27,17 @@ pub(super) struct Grid<L: Lanes> {
     pub(super) npix: L,
     /// Nside².
     pub(super) face: L,
+    /// 2 Nside (Nside − 1) + 4 Nside²: where the belt would start if rings went on to the pole.
+    pub(super) belt: L,
+    /// Nside − 1.
+    pub(super) last: L,
     pub(super) inverse_n: L,
+    pub(super) half_inverse_n: L,
     pub(super) inverse_turn: L,
+    pub(super) half_inverse_turn: L,
     pub(super) inverse_face: L,
+    /// Nside² − 1: the bits of a NESTED pixel within its face.
+    pub(super) within: L::Bits,
     /// π/4 / Nside: half a pixel of longitude in the belt.
     pub(super) belt_step: L,
     /// 2/(3 Nside): z from one ring of the belt to the next.
@@ -55,9 +63,14 @@ impl<L: Lanes> Grid<L> {
             cap: L::splat(token, 2.0 * n * (n - 1.0)),
             npix: L::splat(token, 12.0 * n * n),
             face: L::splat(token, n * n),
+            belt: L::splat(token, 2.0 * n * (n - 1.0) + 4.0 * n * n),
+            last: L::splat(token, n - 1.0),
             inverse_n: L::splat(token, 1.0 / n),
+            half_inverse_n: L::splat(token, 0.5 / n),
             inverse_turn: L::splat(token, 0.25 / n),
+            half_inverse_turn: L::splat(token, 0.125 / n),
             inverse_face: L::splat(token, 1.0 / (n * n)),
+            within: L::Bits::splat(token, nside.get() * nside.get() - 1),
             belt_step: L::splat(token, FRAC_PI_4 / n),
             z_step: L::splat(token, 2.0 / (3.0 * n)),
             sine_step: L::splat(token, 1.0 / (SQRT_6 * n)),
@@ -71,10 +84,10 @@ impl<L: Lanes> Grid<L> {
         L::splat(self.token, value)
     }
 
-    /// ⌊a/n⌋ for whole a below 2⁵⁰, given 1/n: the half keeps the rounding of 1/n away from whole quotients.
+    /// ⌊a/n⌋ for whole a below 2⁴⁸, given 1/n and 1/(2n): the half keeps the rounding away from whole quotients.
     #[inline(always)]
-    pub(super) fn quotient(&self, a: L, inverse: L) -> L {
-        ((a + self.half) * inverse).floor()
+    pub(super) fn quotient(a: L, inverse: L, half_inverse: L) -> L {
+        a.mul_add(inverse, half_inverse).floor()
     }
 
     /// a where the mask is set, else 0.

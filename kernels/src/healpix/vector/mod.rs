@@ -16,13 +16,15 @@ mod around;
 mod grid;
 mod place;
 mod points;
+mod quads;
 mod rim;
 mod slices;
 mod stencil;
 
 pub(super) use around::{nested_neighbours, ring_neighbours};
 pub(super) use points::{ang2pix, nest2ring, pix2ang, pix2vec, ring2nest, vec2pix};
-pub(super) use rim::{Arc, Disc, arcs};
+pub(super) use quads::{LEVELS, Near, Quads, quads};
+pub(super) use rim::{Arc, Arcs, Disc, arcs};
 pub(super) use stencil::stencils;
 
 use super::Nside;

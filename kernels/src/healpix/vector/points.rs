@@ -68,7 +68,7 @@ impl<L: Lanes> Grid<L> {
         let east = L::select(cap, (self.one - within) * rings, along + across).floor();
         // Rounding at |z| = ⅔ and at 0 must not lead to rings that do not exist: at most Nside edges of one kind more
         // than of the other in the belt, fewer than Nside of both together in the caps.
-        let last = self.n - self.one;
+        let last = self.last;
         let west = west.max(self.zero).min(L::select(cap, last, east + self.n));
         let east = east
             .max(self.zero)
@@ -421,8 +421,7 @@ fn reorder_body<L: Lanes, const TO_NESTED: bool>(
     for k in 0..n {
         let pixel = L::Bits::load(token, from.get(k));
         let number = if TO_NESTED {
-            let edges = grid.edges_of_place(grid.place::<false>(pixel));
-            grid.nested_of_face(grid.face_of_edges(edges))
+            grid.nested_of_face(grid.face_of_ring(L::from_whole(token, pixel)))
         } else {
             grid.ring_of_place(grid.place::<true>(pixel))
                 .to_whole(token)

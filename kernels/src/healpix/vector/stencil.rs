@@ -18,7 +18,14 @@ use crate::simd::{Bits, Lanes, Level, Mask};
 use core::f64::consts::{FRAC_2_PI, PI};
 
 /// Where a longitude lies on a ring.
+#[derive(Clone, Copy)]
 struct Beside<L: Lanes> {
+    cap: L::Mask,
+    south: L::Mask,
+    quarter: L,
+    height: L,
+    first: L,
+    /// Places on the ring.
     west: L,
     east: L,
     /// Weight of the eastern pixel.
@@ -28,26 +35,16 @@ struct Beside<L: Lanes> {
 impl<L: Lanes> Grid<L> {
     /// The pixels beside a longitude of `turns` quarter turns on the ring at 2 Nside − ring = `height`, and the ring's θ.
     #[inline(always)]
-    fn beside(&self, height: L, turns: L) -> (Beside<L>, L) {
+    fn on_ring(&self, height: L, turns: L) -> (Beside<L>, L) {
         let south = height.lt(self.zero);
-        let distance = height.abs();
-        let cap = self.n.lt(distance);
-        let quarter = L::select(cap, self.n + self.n - distance, self.n);
+        let (cap, quarter) = self.ring_at(height);
         let theta = self.theta_of_ring(cap, south, height, quarter);
         // Shifted by half a pixel: the caps, and every other ring of the belt from its edge.
         let from_edge = self.n - height;
         let odd = !(from_edge * self.half).floor().eq(from_edge * self.half) & !cap;
         let shift = L::select(odd, self.zero, self.half);
         let pair = quarter + quarter;
-        let first = L::select(
-            cap,
-            L::select(
-                south,
-                self.npix - pair * (quarter + self.one),
-                pair * (quarter - self.one),
-            ),
-            self.cap + self.turn * from_edge,
-        );
+        let first = self.first_pixel(cap, south, height, quarter);
         let last = pair + pair - self.one;
         let at = turns * quarter - shift;
         let floor = at.floor();
@@ -55,12 +52,30 @@ impl<L: Lanes> Grid<L> {
         let east = L::select(west.eq(last), self.zero, west + self.one);
         (
             Beside {
-                west: first + west,
-                east: first + east,
+                cap,
+                south,
+                quarter,
+                height,
+                first,
+                west,
+                east,
                 weight: at - floor,
             },
             theta,
         )
+    }
+
+    /// The number of a place on such a ring.
+    #[inline(always)]
+    fn number_on(&self, ring: Beside<L>, index: L, nested: bool) -> L::Bits {
+        if !nested {
+            return (ring.first + index).to_whole(self.token);
+        }
+        let from_end = self.c(4.0) * ring.quarter - self.one - index;
+        let index = L::select(ring.south, from_end, index);
+        let from_pole = self.n + self.n - ring.height.abs();
+        let face = self.face_on_ring(ring.cap, ring.south, from_pole, index);
+        self.nested_of_face(face)
     }
 }
 
@@ -105,21 +120,19 @@ fn body<L: Lanes>(
             belt,
         );
         let pole = above.eq(both) | above.eq(lowest);
-        let (north, north_theta) = grid.beside(above, turns);
-        let (south, south_theta) = grid.beside(above - grid.one, turns);
+        let (north, north_theta) = grid.on_ring(above, turns);
+        let (south, south_theta) = grid.on_ring(above - grid.one, turns);
         let lower = (theta - north_theta) / (south_theta - north_theta);
         let lower = lower.max(grid.zero).min(grid.one);
         let upper = grid.one - lower;
-        let numbers = [north.west, north.east, south.west, south.east];
-        for i in 0..4 {
-            let number = if nested {
-                let edges = grid.edges_of_place(grid.place_of_ring(numbers[i]));
-                grid.nested_of_face(grid.face_of_edges(edges))
-            } else {
-                numbers[i].to_whole(token)
-            };
-            number.store(pixels[i].get(k));
-        }
+        grid.number_on(north, north.west, nested)
+            .store(pixels[0].get(k));
+        grid.number_on(north, north.east, nested)
+            .store(pixels[1].get(k));
+        grid.number_on(south, south.west, nested)
+            .store(pixels[2].get(k));
+        grid.number_on(south, south.east, nested)
+            .store(pixels[3].get(k));
         ((grid.one - north.weight) * upper).store(weights[0].get(k));
         (north.weight * upper).store(weights[1].get(k));
         ((grid.one - south.weight) * lower).store(weights[2].get(k));

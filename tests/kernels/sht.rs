@@ -14,7 +14,7 @@ struct Order {
     norm: f64,
     wigner: Vec<WignerStep>,
     wigner_norm: [f64; 2],
-    factors: Vec<SpinFactors>,
+    factors: Vec<f64>,
 }
 
 impl Order {
@@ -30,7 +30,7 @@ impl Order {
         let mut spin_norms = vec![[0.0; 2]; m + 1];
         wigner_norms(&mut spin_norms);
         let scale = wigner.first().map_or(1.0, |s| s[3]);
-        let mut factors = vec![SpinFactors::default(); lmax + 1];
+        let mut factors = vec![f64::NAN; spin_factor_len(lmax)];
         spin_factor_table(&mut factors);
         Self {
             m,

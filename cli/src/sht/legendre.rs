@@ -10,7 +10,7 @@ use super::workers::Scratch;
 use dust3d_kernels::fourier::Eight;
 use dust3d_kernels::sht::{
     Coefficient, Layout, Line, ORDERS, PhaseBlock, PhaseTile, RingBlock, add_to_fine, adjoint,
-    adjoint_scratch_len, alm, grid_from_phases, phases_from_fine, phases_from_grid,
+    adjoint_scratch_len, alm, grid_from_phases, mixing_scratch_len, phases_from_fine, phases_from_grid,
     scalar_coefficients, scalar_from_sums, spin2_coefficients, spin2_from_sums, synthesis,
     wigner_adjoint, wigner_adjoint_scratch_len, wigner_coefficients, wigner_from_sums,
     wigner_synthesis,
@@ -260,8 +260,11 @@ impl Part<'_> {
                 );
             }
             if let [e, b] = alms[scalars..] {
-                own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
+                let (mixing, padded) = mixing_scratch_len(self.lmax - m + 1);
+                own.mixing.resize(mixing, Alm::default());
+                own.padded.resize(padded, 0.0);
                 spin2_coefficients(
+                    self.level,
                     m,
                     &e[of_order(e)],
                     &b[of_order(b)],
@@ -272,6 +275,7 @@ impl Part<'_> {
                     scalars,
                     &mut own.coefficients,
                     &mut own.mixing,
+                    &mut own.padded,
                 );
             }
             sound(synthesis(
@@ -348,7 +352,9 @@ impl Part<'_> {
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
         let (polar_row, main_row) = row.split_at_mut(count * grid.polar.len());
-        own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
+        let (mixing, padded) = mixing_scratch_len(self.lmax - m + 1);
+        own.mixing.resize(mixing, Alm::default());
+        own.padded.resize(padded, 0.0);
         let add_scalars = |sums: &[Coefficient],
                            channels: usize,
                            n: usize,
@@ -381,6 +387,7 @@ impl Part<'_> {
             add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
             if let [e, b] = &mut alms[scalars..] {
                 spin2_from_sums(
+                    self.level,
                     m,
                     &own.coefficients,
                     &self.orders.spin_factors,
@@ -391,6 +398,7 @@ impl Part<'_> {
                     e,
                     b,
                     &mut own.mixing,
+                    &mut own.padded,
                 );
             }
         }

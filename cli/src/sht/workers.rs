@@ -55,6 +55,8 @@ pub(super) struct Scratch {
     /// Scratch of the adjoint's kernels.
     pub(super) lines: Vec<Line>,
     pub(super) mixing: Vec<Complex<f64>>,
+    /// The same with zeros around it.
+    pub(super) padded: Vec<f64>,
     /// Phases of eight orders in the Legendre stage.
     pub(super) rows: Vec<PhaseBlock>,
     pub(super) resampling: super::equidistant::ResamplingRoom,

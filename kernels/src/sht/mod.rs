@@ -50,8 +50,8 @@ pub use belt::{
 };
 pub use legendre::{Aligned, Coefficient, PhaseBlock};
 pub use mixing::{
-    SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
-    spin2_from_sums,
+    mixing_scratch_len, scalar_coefficients, scalar_from_sums, spin_factor_len, spin_factor_table,
+    spin2_coefficients, spin2_from_sums,
 };
 pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
 pub use resampling::{

@@ -38,8 +38,18 @@ fn legendre(criterion: &mut Criterion) {
             let id = format!("{level}/channels {channels}");
             group.bench_function(BenchmarkId::new("synthesis", &id), |b| {
                 b.iter(|| {
-                    synthesis(level, &rings, m, norm, &steps, channels, &c, &mut phases)
-                        .expect("lengths");
+                    synthesis(
+                        level,
+                        &rings,
+                        m,
+                        norm,
+                        &steps,
+                        channels,
+                        &c,
+                        PhaseIndex::default(),
+                        &mut phases,
+                    )
+                    .expect("lengths");
                 });
             });
             assert!(
@@ -56,7 +66,8 @@ fn legendre(criterion: &mut Criterion) {
                         norm,
                         &steps,
                         channels,
-                        &mut phases,
+                        PhaseIndex::default(),
+                        &phases,
                         &mut c,
                         &mut scratch,
                     )

@@ -48,7 +48,7 @@ pub use adjoint::{Line, adjoint, adjoint_scratch_len};
 pub use belt::{
     belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
 };
-pub use legendre::{Aligned, Coefficient, PhaseBlock};
+pub use legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex};
 pub use mixing::{
     mixing_scratch_len, scalar_coefficients, scalar_from_sums, spin_factor_len, spin_factor_table,
     spin2_coefficients, spin2_from_sums,

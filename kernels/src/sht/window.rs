@@ -140,7 +140,7 @@ fn interpolate_body<L: Lanes>(
                 v[k][lane] = sums[k];
             }
         }
-        whole::<L>(token, v, out, (0, 1), &taps.carrier, L::splat(token, 1.0))?;
+        whole::<L>(token, v, out, (0, 1), &taps.carrier)?;
     }
     Some(())
 }
@@ -181,7 +181,7 @@ fn spread_body<L: Lanes>(
     fine: &mut [Eight],
 ) -> Option<()> {
     prefetch_tile::<L>(token, next);
-    let v = halves::<L>(token, phases, (0, 1), &taps.carrier, L::splat(token, 1.0))?;
+    let v = halves::<L>(token, phases, (0, 1), &taps.carrier)?;
     if !add_rings::<L, 4>(token, &v, taps, 0, fine)? {
         for lane in 0..4 {
             add_rings::<L, 1>(token, &v, taps, lane, fine)?;

@@ -16,7 +16,7 @@
 use super::legendre::PhaseBlock;
 use super::resampling::ORDERS;
 use super::ring_spectrum::{PhaseTable, PhaseTile, check_places, phase};
-use super::window::prefetch_tile;
+use super::window::prefetch;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::simd::{Lanes, Level};
@@ -43,10 +43,8 @@ fn spectrum_body<L: Lanes>(
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
     for m in 0..orders {
-        if m.is_multiple_of(ORDERS)
-            && let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k))
-        {
-            prefetch_tile::<L>(token, next);
+        if let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k)) {
+            prefetch::<L>(token, &next[m % ORDERS]);
         }
         let (c, s) = phase::<L>(token, m, table, one)?;
         let block = tiles.get(*places.get(m / ORDERS)?)?.get(m % ORDERS)?;

@@ -11,6 +11,7 @@
 //! e^{imφ₀} is the product of two table entries, e^{i 64 m₁ φ₀} e^{i m₀ φ₀}, each correctly reduced: no drift with m.
 
 use super::legendre::{Aligned, PhaseBlock};
+use super::window::prefetch;
 use crate::error::Error;
 use crate::scalar;
 use crate::simd::{Lanes, Level};
@@ -173,9 +174,7 @@ fn spectrum_body<L: Lanes>(
         let Some(tile) = places.get(first / BATCH).and_then(|&k| tiles.get(k)) else {
             return;
         };
-        if let Some(next) = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k)) {
-            super::window::prefetch_tile::<L>(token, next);
-        }
+        let next = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k));
         // orders by rings → rings by orders
         let zero = L::splat(token, 0.0);
         let mut parts = [[zero; BATCH]; 4];
@@ -183,6 +182,9 @@ fn spectrum_body<L: Lanes>(
             let Some(rotation) = phase::<L>(token, first + j, table, one) else {
                 return;
             };
+            if let Some(next) = next {
+                prefetch::<L>(token, &next[j]);
+            }
             let combined = combine::<L>(token, &tile[j], rotation);
             for k in 0..4 {
                 parts[k][j] = combined[k];

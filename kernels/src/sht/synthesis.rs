@@ -163,28 +163,44 @@ fn group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
         gather::<L, V, C>(token, c, &q, &mut sums);
     }
 
+    // by way of memory: indexed by what is not a constant, the sums would lie there through all of the above
+    let mut parts = [[PhaseBlock::default(); C]; V];
     for c in 0..C {
-        for v in 0..V {
-            let Some(place) = index.at(c * count + at + v) else {
-                return;
-            };
-            let Some(to) = out.get_mut(place) else {
-                return;
-            };
-            let cos = L::load(token, &rings[v].cos);
-            let mut sums = sums[v][c];
-            if c >= index.divided {
-                let factor = L::load(token, &rings[v].inv_sin2);
-                for sum in &mut sums {
-                    *sum *= factor;
-                }
-            }
-            for part in 0..2 {
-                let (even, odd) = (sums[part], sums[part + 2] * cos);
-                (even + odd).store(&mut to[part]);
-                (even - odd).store(&mut to[part + 2]);
+        for k in 0..4 {
+            for v in 0..V {
+                sums[v][c][k].store(&mut parts[v][c][k]);
             }
         }
+    }
+    for c in 0..C {
+        let divided = c >= index.divided;
+        for v in 0..V {
+            let to = index.at(c * count + at + v).unwrap_or(usize::MAX);
+            finish::<L>(token, &parts[v][c], &rings[v], divided, out.get_mut(to));
+        }
+    }
+}
+
+/// north, south ← even ± cos θ · odd, over sin²θ where that is asked for.
+#[inline(always)]
+fn finish<L: Lanes>(
+    token: L::Token,
+    sums: &PhaseBlock,
+    ring: &RingBlock,
+    divided: bool,
+    to: Option<&mut PhaseBlock>,
+) {
+    let Some(to) = to else { return };
+    let mut factor = L::splat(token, 1.0);
+    if divided {
+        factor = L::load(token, &ring.inv_sin2);
+    }
+    let cos = L::load(token, &ring.cos) * factor;
+    for part in 0..2 {
+        let even = L::load(token, &sums[part]) * factor;
+        let odd = L::load(token, &sums[part + 2]) * cos;
+        (even + odd).store(&mut to[part]);
+        (even - odd).store(&mut to[part + 2]);
     }
 }
 

@@ -443,7 +443,6 @@ impl Part<'_> {
                     scalars,
                     e,
                     b,
-                    &mut own.mixing,
                     &mut own.padded,
                 );
             }

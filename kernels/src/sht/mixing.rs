@@ -120,8 +120,38 @@ pub fn scalar_from_sums(
     channel: usize,
     alm: &mut [Complex<f64>],
 ) {
+    degrees_from_sums(sums, epsilon, steps, (channels, channel), alm);
+}
+
+/// A complex number or what is laid out as one.
+trait Pair: Copy {
+    fn of(z: Complex<f64>) -> Self;
+}
+
+impl Pair for Complex<f64> {
+    #[inline(always)]
+    fn of(z: Self) -> Self {
+        z
+    }
+}
+
+impl Pair for [f64; 2] {
+    #[inline(always)]
+    fn of(z: Complex<f64>) -> Self {
+        [z.re, z.im]
+    }
+}
+
+#[inline(always)]
+fn degrees_from_sums<P: Pair>(
+    sums: &[Coefficient],
+    epsilon: &[f64],
+    steps: &[Step],
+    (channels, channel): (usize, usize),
+    out: &mut [P],
+) {
     let (eps, _) = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>();
-    let (pairs, last) = alm.as_chunks_mut::<2>();
+    let (pairs, last) = out.as_chunks_mut::<2>();
     let mut places = sums
         .chunks_exact(channels.max(1))
         .filter_map(|slot| slot.get(channel))
@@ -136,18 +166,19 @@ pub fn scalar_from_sums(
     for ([a, b], ((sum, step), e)) in pairs.by_ref().take(count).zip(places.by_ref()) {
         let alpha = step[3];
         let even = Complex::new(sum[0], sum[1]) * alpha;
-        *a = even * e[0] + carried;
-        *b = Complex::new(sum[2], sum[3]) * alpha;
+        *a = P::of(even * e[0] + carried);
+        *b = P::of(Complex::new(sum[2], sum[3]) * alpha);
         carried = even * e[1];
     }
     let rest = pairs.flatten().chain(last);
     for (n, a) in rest.enumerate() {
-        *a = if n == 0 { carried } else { Complex::default() };
+        let mut z = if n == 0 { carried } else { Complex::default() };
         if n == 0
             && let Some(((sum, step), e)) = places.next()
         {
-            *a += Complex::new(sum[0], sum[1]) * step[3] * e[0];
+            z += Complex::new(sum[0], sum[1]) * step[3] * e[0];
         }
+        *a = P::of(z);
     }
 }
 
@@ -159,57 +190,59 @@ const fn vectors(degrees: usize) -> usize {
     (degrees + 2).div_ceil(WIDE)
 }
 
-/// f64 in a padded set, and in a padded ε, of so many vectors.
+/// Complex values of a padded set, and f64 of a padded ε, of so many vectors.
 const fn padded_lens(vectors: usize) -> (usize, usize) {
-    (2 * WIDE * vectors + 4 * BEFORE, WIDE * (vectors + 1))
+    (WIDE * vectors + 2 * BEFORE, WIDE * (vectors + 1))
 }
 
-/// Lengths of the two scratches of [`spin2_coefficients`] and [`spin2_from_sums`], `degrees` = lmax − m + 1.
+/// Lengths of the scratches of [`spin2_coefficients`] (both) and [`spin2_from_sums`] (the second), `degrees` = lmax − m + 1.
 #[must_use]
 pub const fn mixing_scratch_len(degrees: usize) -> (usize, usize) {
     let vectors = vectors(degrees);
     let (set, epsilon) = padded_lens(vectors);
-    (2 * WIDE * vectors, 2 * set + epsilon)
+    (2 * WIDE * vectors, 4 * set + epsilon)
 }
 
 /// E and B, or q and u, and ε with zeros around them.
-#[derive(Clone, Copy)]
 struct Padded<'a> {
     vectors: usize,
-    sets: [&'a [f64]; 2],
+    /// Those of degree m begin at [`BEFORE`].
+    sets: [&'a mut [[f64; 2]]; 2],
     /// ε_{m−1} …
     epsilon: &'a [f64],
 }
 
-fn pad<'a>(
-    vectors: usize,
-    sets: [&[Complex<f64>]; 2],
-    epsilon: &[f64],
-    scratch: &'a mut [f64],
-) -> Option<Padded<'a>> {
-    let (set_len, epsilon_len) = padded_lens(vectors);
-    let (first, rest) = scratch.split_at_mut_checked(set_len)?;
-    let (second, rest) = rest.split_at_mut_checked(set_len)?;
-    let (padded_epsilon, _) = rest.split_at_mut_checked(epsilon_len)?;
-    for (to, from) in [&mut *first, &mut *second].into_iter().zip(sets) {
-        let (before, rest) = to.split_at_mut_checked(2 * BEFORE)?;
-        let (values, after) = rest.split_at_mut_checked(2 * from.len())?;
+impl<'a> Padded<'a> {
+    /// Room for sets of `count` values, which are still to be written.
+    fn new(vectors: usize, count: usize, epsilon: &[f64], scratch: &'a mut [f64]) -> Option<Self> {
+        let (set_len, epsilon_len) = padded_lens(vectors);
+        let (first, rest) = scratch.split_at_mut_checked(2 * set_len)?;
+        let (second, rest) = rest.split_at_mut_checked(2 * set_len)?;
+        let (padded_epsilon, _) = rest.split_at_mut_checked(epsilon_len)?;
+        let (before, rest) = padded_epsilon.split_at_mut_checked(1)?;
+        let (values, after) = rest.split_at_mut(rest.len().min(epsilon.len()));
         before.fill(0.0);
-        for (to, z) in values.as_chunks_mut::<2>().0.iter_mut().zip(from) {
-            *to = [z.re, z.im];
-        }
+        values.copy_from_slice(epsilon.get(..values.len())?);
         after.fill(0.0);
+        let sets = [first.as_chunks_mut().0, second.as_chunks_mut().0];
+        let mut padded = Self {
+            vectors,
+            sets,
+            epsilon: padded_epsilon,
+        };
+        for set in &mut padded.sets {
+            set.get_mut(..BEFORE)?.fill([0.0; 2]);
+            set.get_mut(BEFORE + count..)?.fill([0.0; 2]);
+        }
+        Some(padded)
     }
-    let (before, rest) = padded_epsilon.split_at_mut_checked(1)?;
-    let (values, after) = rest.split_at_mut(rest.len().min(epsilon.len()));
-    before.fill(0.0);
-    values.copy_from_slice(epsilon.get(..values.len())?);
-    after.fill(0.0);
-    Some(Padded {
-        vectors,
-        sets: [first, second],
-        epsilon: padded_epsilon,
-    })
+
+    /// The values of a set.
+    fn values(&mut self, set: usize, count: usize) -> &mut [[f64; 2]] {
+        self.sets[set & 1]
+            .get_mut(BEFORE..BEFORE + count)
+            .unwrap_or(&mut [])
+    }
 }
 
 /// Consecutive pieces of a table from `first` on.
@@ -236,8 +269,9 @@ fn mix_body<L: Lanes, const BACK: bool>(
     token: L::Token,
     m: usize,
     factors: &[f64],
-    padded: Padded<'_>,
+    padded: &Padded<'_>,
     [first, second]: [&mut [[Complex<f64>; WIDE]]; 2],
+    [first_end, second_end]: [&mut [Complex<f64>]; 2],
 ) -> Option<()> {
     let n = padded.vectors;
     let row = factors.len() / FACTORS;
@@ -262,10 +296,12 @@ fn mix_body<L: Lanes, const BACK: bool>(
     let mut x: [[&[[f64; 8]]; 5]; 2] = [[&[]; 5]; 2];
     for i in 0..2 {
         for k in 0..5 {
-            x[i][k] = pieces::<8>(padded.sets[i], 2 * k, n)?;
+            x[i][k] = pieces::<8>(padded.sets[i].as_flattened(), 2 * k, n)?;
         }
     }
-    let (first, second) = (first.get_mut(..n)?, second.get_mut(..n)?);
+    // what does not fill a vector
+    let mut ends = [[[Complex::default(); WIDE]; 2]; 2];
+    let whole = first.len().min(second.len());
     let turn = L::load(token, &TURN);
     let turn = if BACK { -turn } else { turn };
     let order = m as f64;
@@ -292,21 +328,31 @@ fn mix_body<L: Lanes, const BACK: bool>(
             let difference = L::load(token, &x[i][1][j]).neg_mul_add(v_below, above);
             odd[i] = difference.swap_pairs() * turn;
         }
-        put(odd[1] - even[0], &mut first[j]);
-        put(-(odd[0] + even[1]), &mut second[j]);
+        let (to_first, to_second) = if j < whole {
+            (&mut first[j], &mut second[j])
+        } else {
+            let [a, b] = &mut ends;
+            (a.get_mut(j - whole)?, b.get_mut(j - whole)?)
+        };
+        put::<L, BACK>(odd[1] - even[0], to_first);
+        put::<L, BACK>(-(odd[0] + even[1]), to_second);
+    }
+    for (to, from) in [first_end, second_end].into_iter().zip(&ends) {
+        for (to, from) in to.iter_mut().zip(from.as_flattened()) {
+            *to = if BACK { *to + *from } else { *from };
+        }
     }
     Some(())
 }
 
+/// Four values to their places, or added there.
 #[inline(always)]
-fn put<L: Lanes>(value: L, to: &mut [Complex<f64>; WIDE]) {
-    let [a, b, c, d, e, f, g, h] = value.to_array();
-    *to = [
-        Complex::new(a, b),
-        Complex::new(c, d),
-        Complex::new(e, f),
-        Complex::new(g, h),
-    ];
+fn put<L: Lanes, const ADD: bool>(value: L, to: &mut [Complex<f64>; WIDE]) {
+    let value = value.to_array();
+    for (to, &[re, im]) in to.iter_mut().zip(value.as_chunks::<2>().0) {
+        let z = Complex::new(re, im);
+        *to = if ADD { *to + z } else { z };
+    }
 }
 
 /// The first vectors of both halves of `degrees`.
@@ -334,15 +380,25 @@ pub fn spin2_coefficients(
     scratch: &mut [f64],
 ) {
     let n = vectors(e.len());
-    let Some([q, u]) = halves(degrees, n) else {
+    let (Some([q, u]), Some(mut padded)) = (
+        halves(degrees, n),
+        Padded::new(n, e.len(), epsilon, scratch),
+    ) else {
         return;
     };
-    let Some(padded) = pad(n, [e, b], epsilon, scratch) else {
-        return;
-    };
+    for (set, from) in [e, b].into_iter().enumerate() {
+        for (to, z) in padded.values(set, from.len()).iter_mut().zip(from) {
+            *to = [z.re, z.im];
+        }
+    }
     let to = [q.as_chunks_mut().0, u.as_chunks_mut().0];
     crate::dispatch!(level, |token: L| mix_body::<L, false>(
-        token, m, factors, padded, to
+        token,
+        m,
+        factors,
+        &padded,
+        to,
+        [&mut [], &mut []]
     ));
     for (degrees, channel) in [(q, channel), (u, channel + 1)] {
         let degrees = degrees.get(..e.len() + 2).unwrap_or(&[]);
@@ -362,29 +418,24 @@ pub fn spin2_from_sums(
     channel: usize,
     e: &mut [Complex<f64>],
     b: &mut [Complex<f64>],
-    degrees: &mut [Complex<f64>],
     scratch: &mut [f64],
 ) {
-    let n = vectors(e.len());
     let count = e.len() + 2;
-    let Some([q, u]) = halves(degrees, n) else {
+    let Some(mut padded) = Padded::new(vectors(e.len()), count, epsilon, scratch) else {
         return;
     };
-    let (Some(q_in), Some(u_in)) = (q.get_mut(..count), u.get_mut(..count)) else {
-        return;
-    };
-    scalar_from_sums(sums, epsilon, steps, channels, channel, q_in);
-    scalar_from_sums(sums, epsilon, steps, channels, channel + 1, u_in);
-    let Some(padded) = pad(n, [q_in, u_in], epsilon, scratch) else {
-        return;
-    };
-    let to = [q.as_chunks_mut().0, u.as_chunks_mut().0];
-    crate::dispatch!(level, |token: L| mix_body::<L, true>(
-        token, m, factors, padded, to
-    ));
-    for (alm, change) in [(e, q), (b, u)] {
-        for (a, x) in alm.iter_mut().zip(change) {
-            *a += *x;
-        }
+    for set in 0..2 {
+        let to = padded.values(set, count);
+        degrees_from_sums(sums, epsilon, steps, (channels, channel + set), to);
     }
+    let (e, e_end) = e.as_chunks_mut();
+    let (b, b_end) = b.as_chunks_mut();
+    crate::dispatch!(level, |token: L| mix_body::<L, true>(
+        token,
+        m,
+        factors,
+        &padded,
+        [e, b],
+        [e_end, b_end]
+    ));
 }

@@ -7,8 +7,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dust3d::kernels::Complex;
 use dust3d::kernels::healpix::Nside;
 use dust3d::kernels::sht::{
-    Coefficient, Line, PhaseBlock, RingBlock, adjoint, adjoint_scratch_len, epsilon_len,
-    epsilon_table, ring_block_count, ring_blocks, start_norms, step_count, step_table, synthesis,
+    Coefficient, Line, PhaseBlock, PhaseIndex, RingBlock, adjoint, adjoint_scratch_len,
+    epsilon_len, epsilon_table, ring_block_count, ring_blocks, start_norms, step_count, step_table,
+    synthesis,
 };
 use dust3d::kernels::simd::Level;
 use dust3d::sht::ShtPlan;

@@ -1,6 +1,6 @@
 //! Spin 2 near the poles, F_m of Q and U → coefficients: the transpose of [`super::wigner`].
 //!
-//! As [`super::adjoint`], with cells of both functions w⁺, w⁻ and their eight parts: S steps of 4 sums stay in
+//! As [`mod@super::adjoint`], with cells of both functions w⁺, w⁻ and their eight parts: S steps of 4 sums stay in
 //! registers over all cells of a panel.
 //!
 //! ```text

@@ -7,8 +7,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dust3d::kernels::Complex;
 use dust3d::kernels::healpix::Nside;
 use dust3d::kernels::sht::{
-    Coefficient, Line, PhaseBlock, RingBlock, adjoint, adjoint_scratch_len, epsilon_len,
-    epsilon_table, ring_block_count, ring_blocks, start_norms, step_count, step_table, synthesis,
+    Coefficient, Line, PhaseBlock, PhaseIndex, RingBlock, adjoint, adjoint_scratch_len,
+    epsilon_len, epsilon_table, ring_block_count, ring_blocks, start_norms, step_count, step_table,
+    synthesis,
 };
 use dust3d::kernels::simd::Level;
 use dust3d::sht::ShtPlan;
@@ -38,8 +39,18 @@ fn legendre(criterion: &mut Criterion) {
             let id = format!("{level}/channels {channels}");
             group.bench_function(BenchmarkId::new("synthesis", &id), |b| {
                 b.iter(|| {
-                    synthesis(level, &rings, m, norm, &steps, channels, &c, &mut phases)
-                        .expect("lengths");
+                    synthesis(
+                        level,
+                        &rings,
+                        m,
+                        norm,
+                        &steps,
+                        channels,
+                        &c,
+                        PhaseIndex::default(),
+                        &mut phases,
+                    )
+                    .expect("lengths");
                 });
             });
             assert!(
@@ -56,7 +67,8 @@ fn legendre(criterion: &mut Criterion) {
                         norm,
                         &steps,
                         channels,
-                        &mut phases,
+                        PhaseIndex::default(),
+                        &phases,
                         &mut c,
                         &mut scratch,
                     )

@@ -78,16 +78,7 @@ impl Ready {
     fn apply(&mut self, level: Level, phases: &[PhaseBlock]) -> Vec<PhaseBlock> {
         let mut coarse = vec![Eight::default(); self.coarse.0.len()];
         let mut fine = vec![Aligned([[f64::NAN; 8]; 2]); self.fine.0.len() + 2 * MARGIN];
-        grid_from_phases(
-            level,
-            phases,
-            self.layout(),
-            &self.carriers,
-            None,
-            0,
-            &mut coarse,
-        )
-        .unwrap();
+        grid_from_phases(level, phases, self.layout(), &self.carriers, 0, &mut coarse).unwrap();
         let mut scratch = std::mem::take(&mut self.scratch);
         self.resampling()
             .refine(level, &mut coarse, &mut fine, &mut scratch)
@@ -110,16 +101,7 @@ impl Ready {
             .unwrap();
         self.scratch = scratch;
         let mut out = vec![PhaseBlock::default(); ORDERS * self.carriers.len()];
-        phases_from_grid(
-            level,
-            &coarse,
-            0,
-            &self.carriers,
-            None,
-            &mut out,
-            self.layout(),
-        )
-        .unwrap();
+        phases_from_grid(level, &coarse, 0, &self.carriers, &mut out, self.layout()).unwrap();
         out
     }
 }
@@ -289,9 +271,9 @@ fn edge_lengths_resampling() {
     let phases = vec![PhaseBlock::default(); 7];
     let mut grid = vec![Eight::default(); 12];
     let (layout, carriers) = (ready.layout(), &ready.carriers);
-    assert!(grid_from_phases(level, &phases, layout, carriers, None, 0, &mut grid).is_err());
+    assert!(grid_from_phases(level, &phases, layout, carriers, 0, &mut grid).is_err());
     let mut out = vec![PhaseBlock::default(); 7];
-    assert!(phases_from_grid(level, &grid, 0, carriers, None, &mut out, layout).is_err());
+    assert!(phases_from_grid(level, &grid, 0, carriers, &mut out, layout).is_err());
     assert!(phases_from_fine(level, &grid, &ready.taps, &mut out).is_err());
     assert!(add_to_fine(level, &phases, &[], &ready.taps[0], &mut grid).is_err());
     let mut scratch = vec![Eight::default(); 64];

@@ -14,7 +14,7 @@ struct Order {
     norm: f64,
     wigner: Vec<WignerStep>,
     wigner_norm: [f64; 2],
-    factors: Vec<SpinFactors>,
+    factors: Vec<f64>,
 }
 
 impl Order {
@@ -30,7 +30,7 @@ impl Order {
         let mut spin_norms = vec![[0.0; 2]; m + 1];
         wigner_norms(&mut spin_norms);
         let scale = wigner.first().map_or(1.0, |s| s[3]);
-        let mut factors = vec![SpinFactors::default(); lmax + 1];
+        let mut factors = vec![f64::NAN; spin_factor_len(lmax)];
         spin_factor_table(&mut factors);
         Self {
             m,
@@ -56,6 +56,7 @@ impl Order {
             &self.steps,
             1,
             &c,
+            PhaseIndex::default(),
             &mut out,
         )
         .unwrap();
@@ -71,8 +72,11 @@ impl Order {
         b: &[Complex<f64>],
     ) -> Vec<PhaseBlock> {
         let mut c = vec![[f64::NAN; 4]; 2 * self.steps.len()];
-        let mut scratch = vec![Complex::new(f64::NAN, 1.0); 2 * (e.len() + 2)];
+        let (degrees, padded) = mixing_scratch_len(e.len());
+        let mut degrees = vec![Complex::new(f64::NAN, 1.0); degrees];
+        let mut padded = vec![f64::NAN; padded];
         spin2_coefficients(
+            level,
             self.m,
             e,
             b,
@@ -82,7 +86,8 @@ impl Order {
             2,
             0,
             &mut c,
-            &mut scratch,
+            &mut degrees,
+            &mut padded,
         );
         let mut out = vec![PhaseBlock::default(); 2 * rings.len()];
         synthesis(
@@ -93,6 +98,7 @@ impl Order {
             &self.steps,
             2,
             &c,
+            PhaseIndex::default(),
             &mut out,
         )
         .unwrap();
@@ -110,7 +116,6 @@ impl Order {
         let mut c = vec![[f64::NAN; 4]; self.wigner.len()];
         wigner_coefficients(self.m, e, b, &self.wigner, &mut c);
         let mut out = vec![PhaseBlock::default(); 2 * rings.len()];
-        let (q, u) = out.split_at_mut(rings.len());
         wigner_synthesis(
             level,
             rings,
@@ -118,8 +123,8 @@ impl Order {
             self.wigner_norm,
             &self.wigner,
             &c,
-            q,
-            u,
+            PhaseIndex::default(),
+            &mut out,
         )
         .unwrap();
         out
@@ -267,6 +272,7 @@ fn adjoint_orders(nside: u64, lmax: usize, orders: &[usize]) {
                     &order.steps,
                     channels,
                     &c,
+                    PhaseIndex::default(),
                     &mut y,
                 )
                 .unwrap();
@@ -293,7 +299,6 @@ fn adjoint_orders(nside: u64, lmax: usize, orders: &[usize]) {
                     .map(|(y, f)| y * f)
                     .sum();
                 let run = |fill: f64| {
-                    let mut destroyed = f.clone();
                     let mut back = vec![[fill; 4]; count];
                     let mut scratch = vec![
                         Aligned([[fill; 8]]);
@@ -306,7 +311,8 @@ fn adjoint_orders(nside: u64, lmax: usize, orders: &[usize]) {
                         order.norm,
                         &order.steps,
                         channels,
-                        &mut destroyed,
+                        PhaseIndex::default(),
+                        &f,
                         &mut back,
                         &mut scratch,
                     )
@@ -353,10 +359,16 @@ fn edge_lengths_legendre() {
     let steps = [[1.0; 4]; 3];
     let c = [[0.0; 4]; 3];
     let mut out = [PhaseBlock::default(); 2];
-    assert!(synthesis(level, &rings, 0, 1.0, &steps, 1, &c, &mut out[..1]).is_err());
-    assert!(synthesis(level, &rings, 0, 1.0, &steps[..2], 1, &c, &mut out).is_err());
-    assert!(synthesis(level, &rings, 0, 1.0, &steps, 2, &c, &mut out).is_err());
-    assert!(synthesis(level, &rings, 0, 1.0, &steps, 0, &[], &mut []).is_ok());
+    let one = PhaseIndex::default();
+    assert!(synthesis(level, &rings, 0, 1.0, &steps, 1, &c, one, &mut out[..1]).is_err());
+    assert!(synthesis(level, &rings, 0, 1.0, &steps[..2], 1, &c, one, &mut out).is_err());
+    assert!(synthesis(level, &rings, 0, 1.0, &steps, 2, &c, one, &mut out).is_err());
+    assert!(synthesis(level, &rings, 0, 1.0, &steps, 0, &[], one, &mut []).is_ok());
+    let beyond = PhaseIndex {
+        places: Some(&[0, 2]),
+        ..one
+    };
+    assert!(synthesis(level, &rings, 0, 1.0, &steps, 1, &c, beyond, &mut out).is_err());
     assert!(RingBlock::from_colatitudes(&[0.0; 8], 4).is_err());
     assert!(RingBlock::from_colatitudes(&[1.6; 8], 4).is_err());
     assert!(RingBlock::from_colatitudes(&[f64::NAN; 8], 4).is_err());

@@ -153,6 +153,28 @@ fn levels_agree_four_sums() {
     }
 }
 
+/// Each of four twice, and neighbours exchanged.
+#[test]
+fn levels_agree_pairs() {
+    #[inline(always)]
+    fn pairs<L: Lanes>(token: L::Token, four: &[f64; 4], eight: &[f64; 8]) -> [[f64; 8]; 2] {
+        [
+            L::load_twice(token, four).to_array(),
+            L::load(token, eight).swap_pairs().to_array(),
+        ]
+    }
+    let eight: [f64; 8] = core::array::from_fn(|i| i as f64);
+    for level in Level::available() {
+        let [twice, swapped] = dispatch!(level, |token: L| pairs::<L>(
+            token,
+            &[0.0, 1.0, 2.0, 3.0],
+            &eight
+        ));
+        assert_eq!(twice, [0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0], "{level}");
+        assert_eq!(swapped, [1.0, 0.0, 3.0, 2.0, 5.0, 4.0, 7.0, 6.0], "{level}");
+    }
+}
+
 #[test]
 fn short_slices_are_padded() {
     #[inline(always)]

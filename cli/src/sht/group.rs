@@ -66,30 +66,11 @@ pub(super) fn sound(result: Result<(), dust3d_kernels::Error>) {
 /// The rings of a Legendre stage.
 #[derive(Clone, Copy)]
 pub(super) struct Grid<'a> {
-    channels: Channels,
-    /// Blocks on which spin 2 uses the spin-weighted functions.
-    pub(super) polar: &'a [RingBlock],
-    /// The others.
-    pub(super) main: &'a [RingBlock],
+    pub(super) rings: &'a [RingBlock],
+    /// Leading blocks on which spin 2 uses the spin-weighted functions.
+    pub(super) polar: usize,
     /// Where these are not rings of the map.
     pub(super) equidistant: Option<&'a Equidistant>,
-}
-
-impl Grid<'_> {
-    /// Length of the phases of one order.
-    pub(super) fn row(&self) -> usize {
-        self.channels.count() * (self.polar.len() + self.main.len())
-    }
-
-    /// Position of (channel, block) in the phases of one order: polar blocks of all channels, then the others.
-    pub(super) fn position(&self, channel: usize, b: usize) -> usize {
-        let (polar, main) = (self.polar.len(), self.main.len());
-        if b < polar {
-            channel * polar + b
-        } else {
-            self.channels.count() * polar + channel * main + (b - polar)
-        }
-    }
 }
 
 /// A part of the rings of the map, blocks `range`, and the rings of its Legendre stage.
@@ -113,16 +94,6 @@ impl<'a> Part<'a> {
             Some(lower) if lower.equidistant.is_some_and(|e| batch < e.batches) => lower,
             _ => self.map,
         }
-    }
-
-    /// Does the Legendre stage leave Q and U of a block times sin²θ for the ring stage? Not where only some orders would.
-    pub(super) fn divided(&self, channel: usize, block: usize) -> bool {
-        self.lower.is_none() && self.is_divided(channel, block)
-    }
-
-    /// Are Q and U on a block of the map's rings times sin²θ as the recurrence gives them?
-    pub(super) fn is_divided(&self, channel: usize, block: usize) -> bool {
-        channel >= self.channels.scalars && block >= self.range.start + self.map.polar.len()
     }
 
     /// Batches of orders.
@@ -222,15 +193,11 @@ impl ShtPlan {
         (channels, level, lmax): (Channels, Level, usize),
         range: Range<usize>,
     ) -> Part<'a> {
-        // also without pairs: the adjoint sums in the same order in every group
-        let grid = |rings: &'a [RingBlock], polar: usize, equidistant| {
-            let (polar, main) = rings.split_at(polar);
-            Grid {
-                channels,
-                polar,
-                main,
-                equidistant,
-            }
+        // polar also without pairs: the adjoint sums in the same order in every group
+        let grid = |rings: &'a [RingBlock], polar: usize, equidistant| Grid {
+            rings,
+            polar,
+            equidistant,
         };
         let polar_end = geometry.polar.clamp(range.start, range.end);
         Part {
@@ -330,20 +297,20 @@ impl ShtPlan {
             let mut tasks = Vec::with_capacity(range.len() * count);
             for block in range.clone() {
                 let (north, south) = self.geometry.pixels[block];
-                for (channel, rest) in rest.iter_mut().enumerate() {
+                for rest in &mut rest {
                     if let Some(n) = rest.split_off(..north)
                         && let Some(s) = rest.split_off(rest.len() - south..)
                         && let Some(tiles) = left.split_off_mut(..part.batches(block))
                     {
-                        tasks.push(((channel, block), n, s, tiles));
+                        tasks.push((block, n, s, tiles));
                     }
                 }
             }
             share(
                 &mut self.workers,
                 tasks.into_iter().rev(),
-                |own, (which, north, south, tiles)| {
-                    part.rings_adjoint(own, which, weights, north, south, tiles);
+                |own, (block, north, south, tiles)| {
+                    part.rings_adjoint(own, block, weights, north, south, tiles);
                 },
             );
             let tiles = &*tiles;

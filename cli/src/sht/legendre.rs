@@ -1,67 +1,92 @@
 //! The Legendre stage of eight orders: a_lm ↔ tiles of F_m on the rings of the map.
 //!
 //! Where the plan has equidistant rings, the stage runs on these and the resampling is its other half, while the values
-//! are in cache. Else the rings are those of the map. Of a batch only blocks within the polar limit of its first order
-//! have tiles.
+//! are in cache. Else the rings are those of the map, and the kernels work on the tiles themselves. Of a batch only blocks
+//! within the polar limit of its first order have tiles.
 
 use super::group::{Alm, Grid, Part, sound};
 use super::orders::Order;
 use super::workers::Scratch;
 use dust3d_kernels::fourier::Eight;
 use dust3d_kernels::sht::{
-    Coefficient, Layout, Line, ORDERS, PhaseBlock, PhaseTile, RingBlock, add_to_fine, adjoint,
-    adjoint_scratch_len, alm, grid_from_phases, phases_from_fine, phases_from_grid,
-    scalar_coefficients, scalar_from_sums, spin2_coefficients, spin2_from_sums, synthesis,
-    wigner_adjoint, wigner_adjoint_scratch_len, wigner_coefficients, wigner_from_sums,
+    Coefficient, Layout, ORDERS, PhaseBlock, PhaseIndex, PhaseTile, add_to_fine, adjoint,
+    adjoint_scratch_len, alm, grid_from_phases, mixing_scratch_len, phases_from_fine,
+    phases_from_grid, scalar_coefficients, scalar_from_sums, spin2_coefficients, spin2_from_sums,
+    synthesis, wigner_adjoint, wigner_adjoint_scratch_len, wigner_coefficients, wigner_from_sums,
     wigner_synthesis,
 };
 use std::ops::Range;
 
-/// A run of blocks in the rows: where it starts there, its first block, its rings, and whether spin 2 is times sin²θ.
-struct Run<'a> {
-    at: usize,
-    first: usize,
-    rings: &'a [RingBlock],
-    divided: bool,
+/// Of a block without a tile.
+const NOWHERE: usize = usize::MAX;
+
+/// Where the phases of one order lie: polar blocks of all channels, then the others.
+#[derive(Clone, Copy)]
+struct Places<'a> {
+    places: &'a [usize],
+    offset: usize,
+}
+
+impl<'a> Places<'a> {
+    /// Of so many polar entries, and of the others with channels from `divided` on times sin²θ.
+    fn split(self, polar: usize, divided: usize) -> [PhaseIndex<'a>; 2] {
+        let (polar, main) = self.places.split_at(polar);
+        [(polar, usize::MAX), (main, divided)].map(|(places, divided)| PhaseIndex {
+            places: Some(places),
+            offset: self.offset,
+            divided,
+        })
+    }
 }
 
 impl Part<'_> {
-    /// The polar and the other blocks of a channel.
-    fn runs<'b>(&self, grid: Grid<'b>, channel: usize) -> [Run<'b>; 2] {
-        let (polar, main) = (grid.polar.len(), grid.main.len());
-        [
-            Run {
-                at: channel * polar,
-                first: 0,
-                rings: grid.polar,
-                divided: false,
-            },
-            Run {
-                at: self.channels.count() * polar + channel * main,
-                first: polar,
-                rings: grid.main,
-                divided: channel >= self.channels.scalars,
-            },
-        ]
-    }
-
-    /// Sets what the Legendre stage leaves out at order m to zero: rings beyond the polar limit.
-    fn clear(&self, grid: Grid<'_>, m: usize, row: &mut [PhaseBlock]) {
-        for channel in 0..self.channels.count() {
-            for run in self.runs(grid, channel) {
-                let idle = run.rings.partition_point(|r| r.m_limit < m);
-                row[run.at..run.at + idle].fill(PhaseBlock::default());
+    /// Collects the places of (channel, block) in the order the kernels want.
+    fn places(
+        &self,
+        grid: Grid<'_>,
+        places: &mut Vec<usize>,
+        place: impl Fn(usize, usize) -> usize,
+    ) {
+        places.clear();
+        for blocks in [0..grid.polar, grid.polar..grid.rings.len()] {
+            for channel in 0..self.channels.count() {
+                places.extend(blocks.clone().map(|block| place(channel, block)));
             }
         }
     }
 
-    /// Divides Q and U by sin²θ where that is not left to the ring stage.
-    fn divide(&self, channel: usize, block: usize, tile: &mut PhaseTile) {
-        if self.is_divided(channel, block) && !self.divided(channel, block) {
-            let factors = &self.geometry.rings[block].inv_sin2;
-            for part in tile.iter_mut().flat_map(|order| order.iter_mut()) {
-                for (x, f) in part.iter_mut().zip(factors) {
-                    *x *= f;
+    /// Sets what the Legendre stage leaves out to zero: rings beyond the polar limit, orders beyond lmax. `step`: from an
+    /// order to the next.
+    fn clear(
+        &self,
+        grid: Grid<'_>,
+        batch: usize,
+        (places, step): (&[usize], usize),
+        out: &mut [PhaseBlock],
+    ) {
+        let count = self.channels.count();
+        let (polar, main) = places.split_at(count * grid.polar);
+        for j in 0..ORDERS {
+            let m = ORDERS * batch + j;
+            let idle = if m > self.lmax {
+                grid.rings.len()
+            } else {
+                grid.rings.partition_point(|r| r.m_limit < m)
+            };
+            for (places, blocks, idle) in [
+                (polar, grid.polar, idle.min(grid.polar)),
+                (
+                    main,
+                    grid.rings.len() - grid.polar,
+                    idle.saturating_sub(grid.polar),
+                ),
+            ] {
+                for channel in places.chunks_exact(blocks.max(1)) {
+                    for &place in &channel[..idle] {
+                        if let Some(block) = out.get_mut(place.saturating_add(j * step)) {
+                            *block = PhaseBlock::default();
+                        }
+                    }
                 }
             }
         }
@@ -80,64 +105,72 @@ impl Part<'_> {
             return;
         }
         let grid = self.grid(batch);
-        let row = grid.row();
+        let mut places = std::mem::take(&mut own.places);
+        let orders = ORDERS * batch..(ORDERS * (batch + 1)).min(self.lmax + 1);
+        let Some(equidistant) = grid.equidistant else {
+            let first = active.start - self.range.start;
+            self.places(grid, &mut places, |channel, block| {
+                match block.checked_sub(first) {
+                    Some(b) => ORDERS * (channel * active.len() + b),
+                    None => NOWHERE,
+                }
+            });
+            let out = tiles.as_flattened_mut();
+            self.clear(grid, batch, (&places, 1), out);
+            for (offset, m) in orders.enumerate() {
+                let to = Places {
+                    places: &places,
+                    offset,
+                };
+                self.legendre(own, grid, m, alms, to, out);
+            }
+            own.places = places;
+            return;
+        };
+        let blocks = grid.rings.len();
+        let row = self.channels.count() * blocks;
         let mut rows = std::mem::take(&mut own.rows);
         rows.resize(ORDERS * row, PhaseBlock::default());
-        for (j, to) in rows.chunks_exact_mut(row).enumerate() {
-            let m = ORDERS * batch + j;
-            if m > self.lmax {
-                to.fill(PhaseBlock::default());
-            } else {
-                self.clear(grid, m, to);
-                self.legendre(own, grid, m, alms, to);
-            }
+        self.places(grid, &mut places, |channel, block| channel * blocks + block);
+        self.clear(grid, batch, (&places, row), &mut rows);
+        for (j, m) in orders.enumerate() {
+            let to = Places {
+                places: &places,
+                offset: j * row,
+            };
+            self.legendre(own, grid, m, alms, to, &mut rows);
         }
+        let room = &mut own.resampling;
+        equidistant.reserve(room);
+        let fine = &mut room.fine[..equidistant.fine_len()];
+        let layout = Layout {
+            order: row,
+            block: 1,
+        };
         for (channel, tiles) in tiles.chunks_exact_mut(active.len()).enumerate() {
-            match grid.equidistant {
-                Some(equidistant) => {
-                    let room = &mut own.resampling;
-                    equidistant.reserve(room);
-                    let fine = &mut room.fine[..equidistant.fine_len()];
-                    for run in self.runs(grid, channel) {
-                        let end = run.first + run.rings.len();
-                        sound(grid_from_phases(
-                            self.level,
-                            &rows[run.at..],
-                            Layout {
-                                order: row,
-                                block: 1,
-                            },
-                            &equidistant.carriers[run.first..end],
-                            run.divided.then_some(run.rings),
-                            8 * run.first,
-                            &mut room.coarse,
-                        ));
-                    }
-                    sound(equidistant.resampling().refine(
-                        self.level,
-                        &mut room.coarse,
-                        fine,
-                        &mut room.scratch,
-                    ));
-                    sound(phases_from_fine(
-                        self.level,
-                        fine,
-                        &equidistant.taps[active.clone()],
-                        tiles.as_flattened_mut(),
-                    ));
-                }
-                None => {
-                    for (block, tile) in active.clone().zip(tiles) {
-                        let from = grid.position(channel, block - self.range.start);
-                        for (to, row) in tile.iter_mut().zip(rows.chunks_exact(row)) {
-                            *to = row[from];
-                        }
-                        self.divide(channel, block, tile);
-                    }
-                }
-            }
+            sound(grid_from_phases(
+                self.level,
+                &rows[channel * blocks..],
+                layout,
+                &equidistant.carriers,
+                0,
+                &mut room.coarse,
+            ));
+            sound(equidistant.resampling().refine(
+                self.level,
+                &mut room.coarse,
+                fine,
+                &mut room.scratch,
+            ));
+            sound(phases_from_fine(
+                self.level,
+                fine,
+                &equidistant.taps[active.clone()],
+                tiles.as_flattened_mut(),
+            ));
         }
         own.rows = rows;
+        own.places = places;
     }
 
     /// Tiles (block, channel, batch) → a_lm of eight orders, added.
@@ -154,68 +187,76 @@ impl Part<'_> {
             return;
         }
         let grid = self.grid(batch);
-        let row = grid.row();
+        let tile_at = |channel: usize, block: usize| {
+            starts[block - self.range.start] + channel * self.batches(block) + batch
+        };
+        let mut places = std::mem::take(&mut own.places);
+        let Some(equidistant) = grid.equidistant else {
+            self.places(grid, &mut places, |channel, block| {
+                match self.range.start + block {
+                    block if block < active.start => NOWHERE,
+                    block => ORDERS * tile_at(channel, block),
+                }
+            });
+            for (offset, alms) in alms.iter_mut().enumerate() {
+                let from = Places {
+                    places: &places,
+                    offset,
+                };
+                let m = ORDERS * batch + offset;
+                self.legendre_adjoint(own, grid, m, from, tiles.as_flattened(), alms);
+            }
+            own.places = places;
+            return;
+        };
+        let blocks = grid.rings.len();
+        let row = self.channels.count() * blocks;
         let mut rows = std::mem::take(&mut own.rows);
         rows.resize(ORDERS * row, PhaseBlock::default());
+        let room = &mut own.resampling;
+        equidistant.reserve(room);
+        let fine = &mut room.fine[..equidistant.fine_len()];
+        let layout = Layout {
+            order: row,
+            block: 1,
+        };
         for channel in 0..self.channels.count() {
-            let tile = |block: usize| {
-                let start = starts[block - self.range.start];
-                &tiles[start + channel * self.batches(block) + batch]
-            };
-            match grid.equidistant {
-                Some(equidistant) => {
-                    let room = &mut own.resampling;
-                    equidistant.reserve(room);
-                    let fine = &mut room.fine[..equidistant.fine_len()];
-                    fine.fill(Eight::default());
-                    for block in active.clone() {
-                        let next = (block + 1).min(active.end - 1);
-                        sound(add_to_fine(
-                            self.level,
-                            tile(block),
-                            tile(next),
-                            &equidistant.taps[block],
-                            fine,
-                        ));
-                    }
-                    sound(equidistant.resampling().coarsen(
-                        self.level,
-                        fine,
-                        &mut room.coarse,
-                        &mut room.scratch,
-                    ));
-                    for run in self.runs(grid, channel) {
-                        let end = run.first + run.rings.len();
-                        sound(phases_from_grid(
-                            self.level,
-                            &room.coarse,
-                            8 * run.first,
-                            &equidistant.carriers[run.first..end],
-                            run.divided.then_some(run.rings),
-                            &mut rows[run.at..],
-                            Layout {
-                                order: row,
-                                block: 1,
-                            },
-                        ));
-                    }
-                }
-                None => {
-                    for block in active.clone() {
-                        let to = grid.position(channel, block - self.range.start);
-                        let mut tile = *tile(block);
-                        self.divide(channel, block, &mut tile);
-                        for (from, row) in tile.iter().zip(rows.chunks_exact_mut(row)) {
-                            row[to] = *from;
-                        }
-                    }
-                }
+            fine.fill(Eight::default());
+            for block in active.clone() {
+                let next = (block + 1).min(active.end - 1);
+                sound(add_to_fine(
+                    self.level,
+                    &tiles[tile_at(channel, block)],
+                    &tiles[tile_at(channel, next)],
+                    &equidistant.taps[block],
+                    fine,
+                ));
             }
+            sound(equidistant.resampling().coarsen(
+                self.level,
+                fine,
+                &mut room.coarse,
+                &mut room.scratch,
+            ));
+            sound(phases_from_grid(
+                self.level,
+                &room.coarse,
+                0,
+                &equidistant.carriers,
+                &mut rows[channel * blocks..],
+                layout,
+            ));
         }
-        for ((j, row), alms) in rows.chunks_exact_mut(row).enumerate().zip(alms) {
-            self.legendre_adjoint(own, grid, ORDERS * batch + j, row, alms);
+        self.places(grid, &mut places, |channel, block| channel * blocks + block);
+        for (j, alms) in alms.iter_mut().enumerate() {
+            let from = Places {
+                places: &places,
+                offset: j * row,
+            };
+            self.legendre_adjoint(own, grid, ORDERS * batch + j, from, &rows, alms);
         }
         own.rows = rows;
+        own.places = places;
     }
 
     /// Steps in use at order m: spin 2 reaches lmax + 2.
@@ -235,18 +276,20 @@ impl Part<'_> {
         grid: Grid<'_>,
         m: usize,
         alms: &[&[Alm]],
+        to: Places<'_>,
         out: &mut [PhaseBlock],
     ) {
         let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_out, main_out) = out.split_at_mut(count * grid.polar.len());
+        let (polar, main) = grid.rings.split_at(grid.polar);
+        let [to_polar, to_main] = to.split(count * grid.polar, scalars);
         let first = alm::index(self.lmax, m, m);
         let of_order = |a: &'_ [Alm]| -> Range<usize> {
             debug_assert_eq!(a.len(), alm::len(self.lmax));
             first..first + self.lmax - m + 1
         };
-        if grid.main.last().is_some_and(|r| r.m_limit >= m) {
+        if main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
             for (c, a) in alms[..scalars].iter().enumerate() {
@@ -260,8 +303,11 @@ impl Part<'_> {
                 );
             }
             if let [e, b] = alms[scalars..] {
-                own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
+                let (mixing, padded) = mixing_scratch_len(self.lmax - m + 1);
+                own.mixing.resize(mixing, Alm::default());
+                own.padded.resize(padded, 0.0);
                 spin2_coefficients(
+                    self.level,
                     m,
                     &e[of_order(e)],
                     &b[of_order(b)],
@@ -272,21 +318,23 @@ impl Part<'_> {
                     scalars,
                     &mut own.coefficients,
                     &mut own.mixing,
+                    &mut own.padded,
                 );
             }
             sound(synthesis(
                 self.level,
-                grid.main,
+                main,
                 m,
                 order.norm,
                 &steps[..n],
                 count,
                 &own.coefficients,
-                main_out,
+                to_main,
+                out,
             ));
         }
-        if grid.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_out, pair_out) = polar_out.split_at_mut(scalars * grid.polar.len());
+        if polar.last().is_some_and(|r| r.m_limit >= m) {
+            let [to_scalars, to_pair] = to_polar.split_at(scalars * grid.polar);
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
@@ -302,13 +350,14 @@ impl Part<'_> {
                 }
                 sound(synthesis(
                     self.level,
-                    grid.polar,
+                    polar,
                     m,
                     order.norm,
                     &steps[..n],
                     scalars,
                     &own.polar_coefficients,
-                    scalar_out,
+                    to_scalars,
+                    out,
                 ));
             }
             if let [e, b] = alms[scalars..] {
@@ -320,35 +369,38 @@ impl Part<'_> {
                     order.wigner,
                     &mut own.wigner_coefficients,
                 );
-                let (q, u) = pair_out.split_at_mut(grid.polar.len());
                 sound(wigner_synthesis(
                     self.level,
-                    grid.polar,
+                    polar,
                     m,
                     order.wigner_norm,
                     order.wigner,
                     &own.wigner_coefficients,
-                    q,
-                    u,
+                    to_pair,
+                    out,
                 ));
             }
         }
     }
 
-    /// F_m on all rings of the part (destroyed) → a_lm of order m, added.
+    /// F_m on all rings of the part → a_lm of order m, added.
     fn legendre_adjoint(
         &self,
         own: &mut Scratch,
         grid: Grid<'_>,
         m: usize,
-        row: &mut [PhaseBlock],
+        from: Places<'_>,
+        phases: &[PhaseBlock],
         alms: &mut [&mut [Alm]],
     ) {
         let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let Order { epsilon, steps, .. } = order;
         let (scalars, count) = (self.channels.scalars, self.channels.count());
-        let (polar_row, main_row) = row.split_at_mut(count * grid.polar.len());
-        own.mixing.resize(2 * (self.lmax - m + 3), Alm::default());
+        let (polar, main) = grid.rings.split_at(grid.polar);
+        let [from_polar, from_main] = from.split(count * grid.polar, scalars);
+        let (mixing, padded) = mixing_scratch_len(self.lmax - m + 1);
+        own.mixing.resize(mixing, Alm::default());
+        own.padded.resize(padded, 0.0);
         let add_scalars = |sums: &[Coefficient],
                            channels: usize,
                            n: usize,
@@ -362,25 +414,26 @@ impl Part<'_> {
                 }
             }
         };
-        if grid.main.last().is_some_and(|r| r.m_limit >= m) {
+        if main.last().is_some_and(|r| r.m_limit >= m) {
             let n = self.steps(m);
             own.coefficients.resize(n * count, [0.0; 4]);
-            let need = adjoint_scratch_len(n, count);
-            own.lines.resize(need.max(own.lines.len()), Line::default());
+            own.lines.reserve(adjoint_scratch_len(n, count));
             sound(adjoint(
                 self.level,
-                grid.main,
+                main,
                 m,
                 order.norm,
                 &steps[..n],
                 count,
-                main_row,
+                from_main,
+                phases,
                 &mut own.coefficients,
-                &mut own.lines,
+                &mut own.lines.0,
             ));
             add_scalars(&own.coefficients, count, n, alms, &mut own.mixing);
             if let [e, b] = &mut alms[scalars..] {
                 spin2_from_sums(
+                    self.level,
                     m,
                     &own.coefficients,
                     &self.orders.spin_factors,
@@ -390,46 +443,44 @@ impl Part<'_> {
                     scalars,
                     e,
                     b,
-                    &mut own.mixing,
+                    &mut own.padded,
                 );
             }
         }
-        if grid.polar.last().is_some_and(|r| r.m_limit >= m) {
-            let (scalar_row, pair_row) = polar_row.split_at_mut(scalars * grid.polar.len());
+        if polar.last().is_some_and(|r| r.m_limit >= m) {
+            let [from_scalars, from_pair] = from_polar.split_at(scalars * grid.polar);
             if scalars > 0 {
                 let n = (self.lmax - m) / 2 + 1;
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
-                let need = adjoint_scratch_len(n, scalars);
-                own.lines.resize(need.max(own.lines.len()), Line::default());
+                own.lines.reserve(adjoint_scratch_len(n, scalars));
                 sound(adjoint(
                     self.level,
-                    grid.polar,
+                    polar,
                     m,
                     order.norm,
                     &steps[..n],
                     scalars,
-                    scalar_row,
+                    from_scalars,
+                    phases,
                     &mut own.polar_coefficients,
-                    &mut own.lines,
+                    &mut own.lines.0,
                 ));
                 add_scalars(&own.polar_coefficients, scalars, n, alms, &mut own.mixing);
             }
             if let [e, b] = &mut alms[scalars..] {
                 let n = order.wigner.len();
                 own.wigner_coefficients.resize(n, [0.0; 4]);
-                let need = wigner_adjoint_scratch_len(n);
-                own.lines.resize(need.max(own.lines.len()), Line::default());
-                let (q, u) = pair_row.split_at(grid.polar.len());
+                own.lines.reserve(wigner_adjoint_scratch_len(n));
                 sound(wigner_adjoint(
                     self.level,
-                    grid.polar,
+                    polar,
                     m,
                     order.wigner_norm,
                     order.wigner,
-                    q,
-                    u,
+                    from_pair,
+                    phases,
                     &mut own.wigner_coefficients,
-                    &mut own.lines,
+                    &mut own.lines.0,
                 ));
                 wigner_from_sums(m, &own.wigner_coefficients, order.wigner, e, b);
             }

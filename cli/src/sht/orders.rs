@@ -1,7 +1,7 @@
 //! Tables of the orders m: made once and kept where they are small, made anew by each worker where they are large.
 
 use dust3d_kernels::sht::{
-    SpinFactors, Step, WignerStep, epsilon_len, epsilon_table, spin_factor_table, start_norms,
+    Step, WignerStep, epsilon_len, epsilon_table, spin_factor_len, spin_factor_table, start_norms,
     step_count, step_table, wigner_norms, wigner_step_count, wigner_step_table,
 };
 
@@ -33,7 +33,7 @@ pub(super) struct Orders {
     wigner_limit: usize,
     norms: Vec<f64>,
     wigner_norms: Vec<[f64; 2]>,
-    pub(super) spin_factors: Vec<SpinFactors>,
+    pub(super) spin_factors: Vec<f64>,
     kept: Option<(OrderTables, Vec<[usize; 3]>)>,
 }
 
@@ -51,7 +51,7 @@ impl Orders {
         start_norms(&mut norms);
         let mut spin_norms = vec![[0.0; 2]; lmax + 1];
         wigner_norms(&mut spin_norms);
-        let mut spin_factors = vec![SpinFactors::default(); lmax + 1];
+        let mut spin_factors = vec![0.0; spin_factor_len(lmax)];
         spin_factor_table(&mut spin_factors);
         let mut orders = Self {
             lmax,

@@ -9,15 +9,6 @@ use dust3d_kernels::sht::{
 use num_complex::Complex;
 
 impl Part<'_> {
-    /// 1/sin²θ for what the Legendre stage left as Q sin²θ and U sin²θ, one for everything else.
-    fn scale(&self, channel: usize, block: usize) -> [f64; 8] {
-        if self.divided(channel, block) {
-            self.geometry.rings[block].inv_sin2
-        } else {
-            [1.0; 8]
-        }
-    }
-
     fn fft(&self, own: &mut Scratch, block: usize) {
         let mut rest = &mut own.spectra[..];
         for &n in &self.geometry.shapes[block].pixels {
@@ -58,7 +49,6 @@ impl Part<'_> {
                 self.level,
                 tiles,
                 (&own.places, self.reach(block)),
-                &self.scale(channel, block),
                 self.geometry.phase_table(block),
                 &belt.fourier,
                 data,
@@ -77,7 +67,6 @@ impl Part<'_> {
             self.level,
             tiles,
             (&own.places, self.reach(block)),
-            &self.scale(channel, block),
             self.geometry.phase_table(block),
             shapes,
             &mut own.spectra,
@@ -105,18 +94,13 @@ impl Part<'_> {
     pub(super) fn rings_adjoint(
         &self,
         own: &mut Scratch,
-        (channel, block): (usize, usize),
+        block: usize,
         weights: Option<&[[f64; 8]]>,
         north: &[f64],
         south: &[f64],
         tiles: &mut [PhaseTile],
     ) {
-        let mut scale = self.scale(channel, block);
-        if let Some(weights) = weights {
-            for (s, w) in scale.iter_mut().zip(weights[block]) {
-                *s *= w;
-            }
-        }
+        let scale = weights.map_or([1.0; 8], |weights| weights[block]);
         if let Some(belt) = self.geometry.belt(block) {
             own.resampling.reserve(&belt.fourier);
             let data = &mut own.resampling.fine[..belt.fourier.len()];

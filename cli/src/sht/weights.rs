@@ -8,8 +8,9 @@
 use super::plan::ShtPlan;
 use dust3d_kernels::Error;
 use dust3d_kernels::sht::{
-    Aligned, Line, PhaseBlock, adjoint, adjoint_scratch_len, epsilon_len, epsilon_table,
-    scalar_coefficients, scalar_from_sums, start_norms, step_count, step_table, synthesis,
+    Aligned, Line, PhaseBlock, PhaseIndex, adjoint, adjoint_scratch_len, epsilon_len,
+    epsilon_table, scalar_coefficients, scalar_from_sums, start_norms, step_count, step_table,
+    synthesis,
 };
 use num_complex::Complex;
 
@@ -52,6 +53,7 @@ impl ShtPlan {
                 &steps,
                 1,
                 &coefficients,
+                PhaseIndex::default(),
                 phases,
             )
         };
@@ -76,6 +78,7 @@ impl ShtPlan {
                 norm,
                 &steps,
                 1,
+                PhaseIndex::default(),
                 f,
                 &mut sums,
                 &mut scratch,

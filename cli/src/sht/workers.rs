@@ -44,6 +44,18 @@ where
     });
 }
 
+/// Scratch of the adjoint's kernels, which want any length from theirs on.
+#[derive(Default)]
+pub(super) struct Lines(pub(super) Vec<Line>);
+
+impl Lines {
+    pub(super) fn reserve(&mut self, need: usize) {
+        if self.0.len() < need {
+            self.0.resize(need, Line::default());
+        }
+    }
+}
+
 /// What one worker needs, grown on first use and kept.
 #[derive(Default)]
 pub(super) struct Scratch {
@@ -53,8 +65,10 @@ pub(super) struct Scratch {
     pub(super) polar_coefficients: Vec<Coefficient>,
     pub(super) wigner_coefficients: Vec<Coefficient>,
     /// Scratch of the adjoint's kernels.
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Lines,
     pub(super) mixing: Vec<Complex<f64>>,
+    /// The same with zeros around it.
+    pub(super) padded: Vec<f64>,
     /// Phases of eight orders in the Legendre stage.
     pub(super) rows: Vec<PhaseBlock>,
     pub(super) resampling: super::equidistant::ResamplingRoom,

@@ -24,7 +24,7 @@
 //! * The order of summation over rings is that of the rings, lane by lane, whatever the tiles and panels: all levels
 //!   with fused multiply-add give the same bits, as do batches.
 
-use super::legendre::{Aligned, Coefficient, PhaseBlock, advance, first_active};
+use super::legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex, advance, first_active};
 use super::recurrence::Step;
 use super::rings::RingBlock;
 use super::start::{CHECK, rescale, sine_power};
@@ -63,7 +63,7 @@ fn begin<L: Lanes, const C: usize, const N: usize>(
     ring: &RingBlock,
     m: usize,
     norm: f64,
-    phases: [Option<&PhaseBlock>; C],
+    (phases, divided): ([Option<&PhaseBlock>; C], usize),
     cell: &mut Cell<N>,
 ) {
     let start = sine_power::<L>(token, norm, m as f64, &ring.log_sin);
@@ -74,9 +74,15 @@ fn begin<L: Lanes, const C: usize, const N: usize>(
     let cos = L::load(token, &ring.cos);
     for c in 0..C {
         let Some(phases) = phases[c] else { return };
+        let mut parts = [cos; 4];
+        for part in 0..4 {
+            parts[part] = L::load(token, &phases[part]);
+            if c >= divided {
+                parts[part] *= L::load(token, &ring.inv_sin2);
+            }
+        }
         for part in 0..2 {
-            let north = L::load(token, &phases[part]);
-            let south = L::load(token, &phases[part + 2]);
+            let (north, south) = (parts[part], parts[part + 2]);
             (north + south).store(&mut cell[PARTS + 4 * c + part][0]);
             ((north - south) * cos).store(&mut cell[PARTS + 4 * c + part + 2][0]);
         }
@@ -374,7 +380,7 @@ fn adjoint_body<L: Lanes, const S: usize, const C: usize, const N: usize>(
     m: usize,
     norm: f64,
     steps: &[Step],
-    phases: &[PhaseBlock],
+    (index, phases): (PhaseIndex<'_>, &[PhaseBlock]),
     coefficients: &mut [Coefficient],
     scratch: &mut [Line],
 ) {
@@ -402,9 +408,11 @@ fn adjoint_body<L: Lanes, const S: usize, const C: usize, const N: usize>(
         for (b, (ring, cell)) in rest.iter().zip(cells.iter_mut()).take(size).enumerate() {
             let mut phase = [None; C];
             for c in 0..C {
-                phase[c] = phases.get(c * count + at + b);
+                if let Some(place) = index.at(c * count + at + b) {
+                    phase[c] = phases.get(place);
+                }
             }
-            begin::<L, C, N>(token, ring, m, norm, phase, cell);
+            begin::<L, C, N>(token, ring, m, norm, (phase, index.divided), cell);
             polar += usize::from(ring.polar);
         }
         let last = at + size == count;
@@ -418,8 +426,8 @@ fn adjoint_body<L: Lanes, const S: usize, const C: usize, const N: usize>(
 
 /// The transpose of [`synthesis`](super::synthesis()): F_m on rings → coefficients.
 ///
-/// `phases` as `out` there (blocks beyond the polar limit are not read; repeated rings at the end must be zero); they
-/// are destroyed. `coefficients` are written as laid out there; `scratch`: [`adjoint_scratch_len`] lines, of no
+/// `index` and `phases` as `index` and `out` there (blocks beyond the polar limit are not read; repeated rings at the
+/// end must be zero). `coefficients` are written as laid out there; `scratch`: [`adjoint_scratch_len`] lines, of no
 /// consequence.
 ///
 /// # Errors
@@ -431,7 +439,8 @@ pub fn adjoint(
     norm: f64,
     steps: &[Step],
     channels: usize,
-    phases: &mut [PhaseBlock],
+    index: PhaseIndex<'_>,
+    phases: &[PhaseBlock],
     coefficients: &mut [Coefficient],
     scratch: &mut [Line],
 ) -> Result<(), Error> {
@@ -443,7 +452,11 @@ pub fn adjoint(
         adjoint_scratch_len(count, channels),
         scratch.len(),
     )?;
-    Error::check_len("phases", channels * rings.len(), phases.len())?;
+    index.check(
+        channels,
+        (rings.len(), first_active(rings, m)),
+        phases.len(),
+    )?;
     if rings.is_empty() || channels == 0 {
         coefficients.fill([0.0; 4]);
         return Ok(());
@@ -457,7 +470,7 @@ pub fn adjoint(
                 m,
                 norm,
                 steps,
-                phases,
+                (index, phases),
                 coefficients,
                 scratch
             ))

@@ -7,7 +7,7 @@
 //!
 //! ```text
 //! synthesis                                            adjoint
-//!   for m: x[±m] ← e^{imφ₀} scale (N_m ± …)              x ← pixels, transposed
+//!   for m: x[±m] ← e^{imφ₀} (N_m ± …)              x ← pixels, transposed
 //!   the harmonics between: 0; those that alias: added    forward transform
 //!   backward transform                                   for m: N_m, S_m from x[m], x[−m]
 //!   pixels ← x, transposed
@@ -15,8 +15,8 @@
 
 use super::legendre::PhaseBlock;
 use super::resampling::ORDERS;
-use super::ring_spectrum::{PhaseTable, PhaseTile, phase};
-use super::window::prefetch_tile;
+use super::ring_spectrum::{PhaseTable, PhaseTile, check_places, phase};
+use super::window::prefetch;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::simd::{Lanes, Level};
@@ -26,13 +26,12 @@ fn spectrum_body<L: Lanes>(
     token: L::Token,
     tiles: &[PhaseTile],
     (places, orders): (&[usize], usize),
-    scale: &[f64; 8],
     table: &[PhaseTable],
     fourier: &Fourier,
     data: &mut [Eight],
 ) -> Option<()> {
     let n = data.len();
-    let scale = L::load(token, scale);
+    let one = L::splat(token, 1.0);
     // orders up to `plain` have harmonics of their own
     let plain = orders.min(n.div_ceil(2));
     let mut gap = fourier.places(plain);
@@ -44,12 +43,10 @@ fn spectrum_body<L: Lanes>(
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
     for m in 0..orders {
-        if m.is_multiple_of(ORDERS)
-            && let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k))
-        {
-            prefetch_tile::<L>(token, next);
+        if let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k)) {
+            prefetch::<L>(token, &next[m % ORDERS]);
         }
-        let (c, s) = phase::<L>(token, m, table, scale)?;
+        let (c, s) = phase::<L>(token, m, table, one)?;
         let block = tiles.get(*places.get(m / ORDERS)?)?.get(m % ORDERS)?;
         let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
         let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
@@ -91,21 +88,16 @@ pub fn belt_spectrum_from_phases(
     level: Level,
     tiles: &[PhaseTile],
     (places, orders): (&[usize], usize),
-    scale: &[f64; 8],
     table: &[PhaseTable],
     fourier: &Fourier,
     data: &mut [Eight],
 ) -> Result<(), Error> {
     Error::check_len("spectra", fourier.len(), data.len())?;
-    Error::check_scratch("places", orders.div_ceil(ORDERS), places.len())?;
-    for place in places.iter().take(orders.div_ceil(ORDERS)) {
-        Error::check_scratch("phases", place + 1, tiles.len())?;
-    }
+    check_places(tiles, places, orders)?;
     crate::dispatch!(level, |token: L| spectrum_body::<L>(
         token,
         tiles,
         (places, orders),
-        scale,
         table,
         fourier,
         data

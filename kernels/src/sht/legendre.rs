@@ -26,6 +26,7 @@
 
 use super::recurrence::Step;
 use super::rings::RingBlock;
+use crate::error::Error;
 use crate::simd::Lanes;
 
 /// Coefficients of one step and channel: even part real, imaginary, odd part real, imaginary.
@@ -58,6 +59,84 @@ impl<const N: usize> core::ops::DerefMut for Aligned<N> {
 
 /// F_m on eight ring pairs: north real, imaginary, south real, imaginary.
 pub type PhaseBlock = Aligned<4>;
+
+/// Where the Legendre stage finds or leaves F_m: block b of channel c at index `places[c · blocks + b] + offset` of the
+/// phases, or at c · blocks + b where there are no places.
+///
+/// So the orders of a batch may lie in tiles, one after another, without being copied there or from there.
+#[derive(Clone, Copy, Debug)]
+pub struct PhaseIndex<'a> {
+    /// (channels, blocks); not looked at for blocks beyond the polar limit.
+    pub places: Option<&'a [usize]>,
+    /// Added to every place.
+    pub offset: usize,
+    /// First channel whose sums are sin²θ times F_m, as those of spin 2: they are divided.
+    pub divided: usize,
+}
+
+impl Default for PhaseIndex<'_> {
+    /// One order alone, nothing to be divided.
+    fn default() -> Self {
+        Self {
+            places: None,
+            offset: 0,
+            divided: usize::MAX,
+        }
+    }
+}
+
+impl PhaseIndex<'_> {
+    /// Index of entry c · blocks + b.
+    #[inline(always)]
+    pub(super) fn at(&self, entry: usize) -> Option<usize> {
+        match self.places {
+            Some(places) => places.get(entry)?.checked_add(self.offset),
+            None => Some(entry + self.offset),
+        }
+    }
+
+    /// The places of the first `entries` = channels · blocks, and the others.
+    #[must_use]
+    pub fn split_at(self, entries: usize) -> [Self; 2] {
+        match self.places {
+            Some(places) => {
+                let (first, second) = places.split_at(entries.min(places.len()));
+                [first, second].map(|places| Self {
+                    places: Some(places),
+                    ..self
+                })
+            }
+            None => [
+                self,
+                Self {
+                    offset: self.offset + entries,
+                    ..self
+                },
+            ],
+        }
+    }
+
+    /// Are there places for all, and phases at those of active blocks?
+    pub(super) fn check(
+        &self,
+        channels: usize,
+        (blocks, first): (usize, usize),
+        phases: usize,
+    ) -> Result<(), Error> {
+        let count = channels * blocks;
+        let Some(places) = self.places else {
+            return Error::check_scratch("phases", self.offset + count, phases);
+        };
+        Error::check_len("places", count, places.len())?;
+        for channel in places.chunks_exact(blocks.max(1)) {
+            for place in channel.iter().skip(first) {
+                let end = place.saturating_add(self.offset).saturating_add(1);
+                Error::check_scratch("phases", end, phases)?;
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Number of leading blocks to skip for order m: those nearer to the pole than the polar limit.
 pub(super) fn first_active(rings: &[RingBlock], m: usize) -> usize {

@@ -16,37 +16,41 @@
 
 use super::legendre::Coefficient;
 use super::recurrence::Step;
+use crate::simd::{Lanes, Level};
 use num_complex::Complex;
 
-/// What spin 2 needs of one degree: N, N(−l−h), N h, N (l+1)(l+2)/2, N (l−1), N (l+2).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SpinFactors {
-    n: f64,
-    constant: f64,
-    up: f64,
-    down: f64,
-    odd_up: f64,
-    odd_down: f64,
+/// Rows of [`spin_factor_table`].
+const FACTORS: usize = 6;
+/// Zeros before the first degree of a row, and after the last.
+const BEFORE: usize = 2;
+const AFTER: usize = 10;
+
+/// Length of [`spin_factor_table`] up to `lmax`.
+#[must_use]
+pub const fn spin_factor_len(lmax: usize) -> usize {
+    FACTORS * (BEFORE + lmax + 1 + AFTER)
 }
 
-/// The factors of l = 0, 1, …; zero below l = 2.
-pub fn spin_factor_table(out: &mut [SpinFactors]) {
-    for (l, f) in out.iter_mut().enumerate() {
-        let l = l as f64;
-        *f = if l < 2.0 {
-            SpinFactors::default()
-        } else {
-            let n = 2.0 / crate::scalar::sqrt((l + 2.0) * (l + 1.0) * l * (l - 1.0));
-            let h = 0.5 * l * (l - 1.0);
-            SpinFactors {
-                n,
-                constant: -n * (l + h),
-                up: n * h,
-                down: n * (0.5 * (l + 1.0) * (l + 2.0)),
-                odd_up: n * (l - 1.0),
-                odd_down: n * (l + 2.0),
-            }
-        };
+/// What spin 2 needs of the degrees up to lmax: rows of N, N(−l−h), N h, N (l+1)(l+2)/2, N (l−1), N (l+2), zero below
+/// l = 2 and between the rows. `out` of [`spin_factor_len`].
+pub fn spin_factor_table(out: &mut [f64]) {
+    let len = out.len() / FACTORS;
+    out.fill(0.0);
+    for degree in 2..len.saturating_sub(BEFORE + AFTER) {
+        let l = degree as f64;
+        let n = 2.0 / crate::scalar::sqrt((l + 2.0) * (l + 1.0) * l * (l - 1.0));
+        let h = 0.5 * l * (l - 1.0);
+        let values = [
+            n,
+            -n * (l + h),
+            n * h,
+            n * (0.5 * (l + 1.0) * (l + 2.0)),
+            n * (l - 1.0),
+            n * (l + 2.0),
+        ];
+        for (row, value) in out.chunks_exact_mut(len).zip(values) {
+            row[BEFORE + degree] = value;
+        }
     }
 }
 
@@ -116,8 +120,38 @@ pub fn scalar_from_sums(
     channel: usize,
     alm: &mut [Complex<f64>],
 ) {
+    degrees_from_sums(sums, epsilon, steps, (channels, channel), alm);
+}
+
+/// A complex number or what is laid out as one.
+trait Pair: Copy {
+    fn of(z: Complex<f64>) -> Self;
+}
+
+impl Pair for Complex<f64> {
+    #[inline(always)]
+    fn of(z: Self) -> Self {
+        z
+    }
+}
+
+impl Pair for [f64; 2] {
+    #[inline(always)]
+    fn of(z: Complex<f64>) -> Self {
+        [z.re, z.im]
+    }
+}
+
+#[inline(always)]
+fn degrees_from_sums<P: Pair>(
+    sums: &[Coefficient],
+    epsilon: &[f64],
+    steps: &[Step],
+    (channels, channel): (usize, usize),
+    out: &mut [P],
+) {
     let (eps, _) = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>();
-    let (pairs, last) = alm.as_chunks_mut::<2>();
+    let (pairs, last) = out.as_chunks_mut::<2>();
     let mut places = sums
         .chunks_exact(channels.max(1))
         .filter_map(|slot| slot.get(channel))
@@ -132,149 +166,276 @@ pub fn scalar_from_sums(
     for ([a, b], ((sum, step), e)) in pairs.by_ref().take(count).zip(places.by_ref()) {
         let alpha = step[3];
         let even = Complex::new(sum[0], sum[1]) * alpha;
-        *a = even * e[0] + carried;
-        *b = Complex::new(sum[2], sum[3]) * alpha;
+        *a = P::of(even * e[0] + carried);
+        *b = P::of(Complex::new(sum[2], sum[3]) * alpha);
         carried = even * e[1];
     }
     let rest = pairs.flatten().chain(last);
     for (n, a) in rest.enumerate() {
-        *a = if n == 0 { carried } else { Complex::default() };
+        let mut z = if n == 0 { carried } else { Complex::default() };
         if n == 0
             && let Some(((sum, step), e)) = places.next()
         {
-            *a += Complex::new(sum[0], sum[1]) * step[3] * e[0];
+            z += Complex::new(sum[0], sum[1]) * step[3] * e[0];
         }
+        *a = P::of(z);
     }
 }
 
-/// W⁺, W⁰, W⁻, V⁺, V⁻ of one degree, from the ε of its neighbours l − 1 … l + 2.
-#[inline(always)]
-fn weights(m: f64, f: &SpinFactors, [below, here, above, above2]: [f64; 4]) -> [f64; 5] {
-    [
-        f.up * above * above2,
-        f.n * (m * m) + f.constant + f.up * (above * above) + f.down * (here * here),
-        f.down * here * below,
-        -m * f.odd_up * above,
-        m * f.odd_down * here,
-    ]
+/// Degrees of a vector: real and imaginary part of each.
+const WIDE: usize = 4;
+
+/// Vectors for q and u of `degrees` = lmax − m + 1 degrees of E and B.
+const fn vectors(degrees: usize) -> usize {
+    (degrees + 2).div_ceil(WIDE)
 }
 
-/// ε_{l−1} … ε_{l+2} for l = m, m + 1, …
-fn neighbours(epsilon: &[f64]) -> impl Iterator<Item = [f64; 4]> {
-    let first = [0.0, epsilon.first().copied().unwrap_or(0.0)];
-    let mut window = [
-        0.0,
-        first[0],
-        first[1],
-        epsilon.get(1).copied().unwrap_or(0.0),
-    ];
-    let rest = epsilon.iter().copied().skip(2).chain([0.0; 2]);
-    rest.map(move |next| {
-        window = [window[1], window[2], window[3], next];
-        window
-    })
+/// Complex values of a padded set, and f64 of a padded ε, of so many vectors.
+const fn padded_lens(vectors: usize) -> (usize, usize) {
+    (WIDE * vectors + 2 * BEFORE, WIDE * (vectors + 1))
 }
 
-/// i z
+/// Lengths of the scratches of [`spin2_coefficients`] (both) and [`spin2_from_sums`] (the second), `degrees` = lmax − m + 1.
+#[must_use]
+pub const fn mixing_scratch_len(degrees: usize) -> (usize, usize) {
+    let vectors = vectors(degrees);
+    let (set, epsilon) = padded_lens(vectors);
+    (2 * WIDE * vectors, 4 * set + epsilon)
+}
+
+/// E and B, or q and u, and ε with zeros around them.
+struct Padded<'a> {
+    vectors: usize,
+    /// Those of degree m begin at [`BEFORE`].
+    sets: [&'a mut [[f64; 2]]; 2],
+    /// ε_{m−1} …
+    epsilon: &'a [f64],
+}
+
+impl<'a> Padded<'a> {
+    /// Room for sets of `count` values, which are still to be written.
+    fn new(vectors: usize, count: usize, epsilon: &[f64], scratch: &'a mut [f64]) -> Option<Self> {
+        let (set_len, epsilon_len) = padded_lens(vectors);
+        let (first, rest) = scratch.split_at_mut_checked(2 * set_len)?;
+        let (second, rest) = rest.split_at_mut_checked(2 * set_len)?;
+        let (padded_epsilon, _) = rest.split_at_mut_checked(epsilon_len)?;
+        let (before, rest) = padded_epsilon.split_at_mut_checked(1)?;
+        let (values, after) = rest.split_at_mut(rest.len().min(epsilon.len()));
+        before.fill(0.0);
+        values.copy_from_slice(epsilon.get(..values.len())?);
+        after.fill(0.0);
+        let sets = [first.as_chunks_mut().0, second.as_chunks_mut().0];
+        let mut padded = Self {
+            vectors,
+            sets,
+            epsilon: padded_epsilon,
+        };
+        for set in &mut padded.sets {
+            set.get_mut(..BEFORE)?.fill([0.0; 2]);
+            set.get_mut(BEFORE + count..)?.fill([0.0; 2]);
+        }
+        Some(padded)
+    }
+
+    /// The values of a set.
+    fn values(&mut self, set: usize, count: usize) -> &mut [[f64; 2]] {
+        self.sets[set & 1]
+            .get_mut(BEFORE..BEFORE + count)
+            .unwrap_or(&mut [])
+    }
+}
+
+/// Consecutive pieces of a table from `first` on.
 #[inline(always)]
-const fn turned(z: Complex<f64>) -> Complex<f64> {
-    Complex::new(-z.im, z.re)
+fn pieces<const N: usize>(table: &[f64], first: usize, count: usize) -> Option<&[[f64; N]]> {
+    table.get(first..)?.as_chunks::<N>().0.get(..count)
+}
+
+/// Signs that turn an exchange of real and imaginary parts into −i z.
+const TURN: [f64; 8] = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
+
+/// q and u of l = m … from x = E and y = B, or (`BACK`) what the transpose adds to E and B from x = q and y = u:
+///
+/// ```text
+/// q_l = −(W⁺_{l−2} x_{l−2} + W⁰_l x_l + W⁻_{l+2} x_{l+2}) − i (V⁺_{l−1} y_{l−1} + V⁻_{l+1} y_{l+1})
+/// u_l = −(the same of y) + i (the same of x)
+/// E_l = −(W⁻_l x_{l−2} + W⁰_l x_l + W⁺_l x_{l+2}) − i (V⁻_l y_{l−1} + V⁺_l y_{l+1}), …
+/// ```
+///
+/// A vector holds four consecutive degrees, and its neighbours are four others one or two degrees further; weights are
+/// loaded twice each, for real and imaginary parts.
+#[inline(always)]
+fn mix_body<L: Lanes, const BACK: bool>(
+    token: L::Token,
+    m: usize,
+    factors: &[f64],
+    padded: &Padded<'_>,
+    [first, second]: [&mut [[Complex<f64>; WIDE]]; 2],
+    [first_end, second_end]: [&mut [Complex<f64>]; 2],
+) -> Option<()> {
+    let n = padded.vectors;
+    let row = factors.len() / FACTORS;
+    // the rows, from a degree shifted by so many
+    let two_below = if BACK { 3 * row + 2 } else { 2 * row };
+    let two_above = if BACK { 2 * row + 2 } else { 3 * row + 4 };
+    let one_below = if BACK { 5 * row + 2 } else { 4 * row + 1 };
+    let one_above = if BACK { 4 * row + 2 } else { 5 * row + 3 };
+    let two_below = pieces::<4>(factors, two_below + m, n)?;
+    let two_above = pieces::<4>(factors, two_above + m, n)?;
+    let one_below = pieces::<4>(factors, one_below + m, n)?;
+    let one_above = pieces::<4>(factors, one_above + m, n)?;
+    let plain = pieces::<4>(factors, BEFORE + m, n)?;
+    let constant = pieces::<4>(factors, row + BEFORE + m, n)?;
+    let up = pieces::<4>(factors, 2 * row + BEFORE + m, n)?;
+    let down = pieces::<4>(factors, 3 * row + BEFORE + m, n)?;
+    let epsilon = padded.epsilon;
+    let e_below = pieces::<4>(epsilon, 0, n)?;
+    let e_here = pieces::<4>(epsilon, 1, n)?;
+    let e_above = pieces::<4>(epsilon, 2, n)?;
+    let e_above2 = pieces::<4>(epsilon, 3, n)?;
+    let mut x: [[&[[f64; 8]]; 5]; 2] = [[&[]; 5]; 2];
+    for i in 0..2 {
+        for k in 0..5 {
+            x[i][k] = pieces::<8>(padded.sets[i].as_flattened(), 2 * k, n)?;
+        }
+    }
+    // what does not fill a vector
+    let mut ends = [[[Complex::default(); WIDE]; 2]; 2];
+    let whole = first.len().min(second.len());
+    let turn = L::load(token, &TURN);
+    let turn = if BACK { -turn } else { turn };
+    let order = m as f64;
+    let (m, m2) = (L::splat(token, order), L::splat(token, order * order));
+    for j in 0..n {
+        let below = L::load_twice(token, &e_below[j]);
+        let here = L::load_twice(token, &e_here[j]);
+        let above = L::load_twice(token, &e_above[j]);
+        let above2 = L::load_twice(token, &e_above2[j]);
+        let sum = L::load_twice(token, &plain[j]).mul_add(m2, L::load_twice(token, &constant[j]));
+        let sum = (above * above).mul_add(L::load_twice(token, &up[j]), sum);
+        let w0 = (here * here).mul_add(L::load_twice(token, &down[j]), sum);
+        let w_below = L::load_twice(token, &two_below[j]) * (below * here);
+        let w_above = L::load_twice(token, &two_above[j]) * (above2 * above);
+        // V, its sign left out: that of V⁺ is minus
+        let v_below = L::load_twice(token, &one_below[j]) * (here * m);
+        let v_above = L::load_twice(token, &one_above[j]) * (above * m);
+        let (mut even, mut odd) = ([w0; 2], [w0; 2]);
+        for i in 0..2 {
+            let sum = L::load(token, &x[i][2][j]) * w0;
+            let sum = L::load(token, &x[i][0][j]).mul_add(w_below, sum);
+            even[i] = L::load(token, &x[i][4][j]).mul_add(w_above, sum);
+            let above = L::load(token, &x[i][3][j]) * v_above;
+            let difference = L::load(token, &x[i][1][j]).neg_mul_add(v_below, above);
+            odd[i] = difference.swap_pairs() * turn;
+        }
+        let (to_first, to_second) = if j < whole {
+            (&mut first[j], &mut second[j])
+        } else {
+            let [a, b] = &mut ends;
+            (a.get_mut(j - whole)?, b.get_mut(j - whole)?)
+        };
+        put::<L, BACK>(odd[1] - even[0], to_first);
+        put::<L, BACK>(-(odd[0] + even[1]), to_second);
+    }
+    for (to, from) in [first_end, second_end].into_iter().zip(&ends) {
+        for (to, from) in to.iter_mut().zip(from.as_flattened()) {
+            *to = if BACK { *to + *from } else { *from };
+        }
+    }
+    Some(())
+}
+
+/// Four values to their places, or added there.
+#[inline(always)]
+fn put<L: Lanes, const ADD: bool>(value: L, to: &mut [Complex<f64>; WIDE]) {
+    let value = value.to_array();
+    for (to, &[re, im]) in to.iter_mut().zip(value.as_chunks::<2>().0) {
+        let z = Complex::new(re, im);
+        *to = if ADD { *to + z } else { z };
+    }
+}
+
+/// The first vectors of both halves of `degrees`.
+fn halves(degrees: &mut [Complex<f64>], vectors: usize) -> Option<[&mut [Complex<f64>]; 2]> {
+    let (first, rest) = degrees.split_at_mut_checked(WIDE * vectors)?;
+    Some([first, rest.get_mut(..WIDE * vectors)?])
 }
 
 /// Coefficients of the two channels Q sin²θ, U sin²θ (`channel`, `channel + 1`) of one spin-2 pair.
 ///
-/// `e`, `b`: l = m … lmax of order m; `factors` from l = 0; `scratch` at least 2 (lmax − m + 3) long, contents of no
-/// consequence.
+/// `e`, `b`: l = m … lmax of order m; `factors` of [`spin_factor_table`]; `degrees` and `scratch` of
+/// [`mixing_scratch_len`], contents of no consequence. Nothing is done where these are too short.
 pub fn spin2_coefficients(
+    level: Level,
     m: usize,
     e: &[Complex<f64>],
     b: &[Complex<f64>],
-    factors: &[SpinFactors],
+    factors: &[f64],
     epsilon: &[f64],
     steps: &[Step],
     channels: usize,
     channel: usize,
     out: &mut [Coefficient],
-    scratch: &mut [Complex<f64>],
+    degrees: &mut [Complex<f64>],
+    scratch: &mut [f64],
 ) {
-    let count = e.len() + 2;
-    let Some((q, rest)) = scratch.split_at_mut_checked(count) else {
+    let n = vectors(e.len());
+    let (Some([q, u]), Some(mut padded)) = (
+        halves(degrees, n),
+        Padded::new(n, e.len(), epsilon, scratch),
+    ) else {
         return;
     };
-    let Some(u) = rest.get_mut(..count) else {
-        return;
-    };
-    let factors = factors.get(m..).unwrap_or(&[]);
-    let mut places = q.iter_mut().zip(u.iter_mut());
-    // what l gives to l − 2 … l + 2, of (q, u), passes through registers; the first of them is complete
-    let mut window = [[Complex::<f64>::default(); 2]; 5];
-    let degrees = e.iter().zip(b).zip(factors).zip(neighbours(epsilon));
-    for (k, (((&e, &b), f), eps)) in degrees.enumerate() {
-        let [up, mid, down, odd_up, odd_down] = weights(m as f64, f, eps);
-        let (ie, ib) = (turned(e), turned(b));
-        let [down2, down1, here, up1, _] = window;
-        let [q, u] = [down2[0] - e * down, down2[1] - b * down];
-        window = [
-            [down1[0] - ib * odd_down, down1[1] + ie * odd_down],
-            [here[0] - e * mid, here[1] - b * mid],
-            [up1[0] - ib * odd_up, up1[1] + ie * odd_up],
-            [-(e * up), -(b * up)],
-            [Complex::default(); 2],
-        ];
-        // below l = m there is nothing
-        if k >= 2
-            && let Some(place) = places.next()
-        {
-            (*place.0, *place.1) = (q, u);
+    for (set, from) in [e, b].into_iter().enumerate() {
+        for (to, z) in padded.values(set, from.len()).iter_mut().zip(from) {
+            *to = [z.re, z.im];
         }
     }
-    // fewer than two degrees have left more than nothing below l = m
-    let below = 2usize.saturating_sub(e.len());
-    for ((q, u), [x, y]) in places.zip(window.into_iter().skip(below)) {
-        (*q, *u) = (x, y);
+    let to = [q.as_chunks_mut().0, u.as_chunks_mut().0];
+    crate::dispatch!(level, |token: L| mix_body::<L, false>(
+        token,
+        m,
+        factors,
+        &padded,
+        to,
+        [&mut [], &mut []]
+    ));
+    for (degrees, channel) in [(q, channel), (u, channel + 1)] {
+        let degrees = degrees.get(..e.len() + 2).unwrap_or(&[]);
+        scalar_coefficients(degrees, epsilon, steps, channels, channel, out);
     }
-    scalar_coefficients(q, epsilon, steps, channels, channel, out);
-    scalar_coefficients(u, epsilon, steps, channels, channel + 1, out);
 }
 
 /// The transpose of [`spin2_coefficients`]; *adds* to `e` and `b`.
 pub fn spin2_from_sums(
+    level: Level,
     m: usize,
     sums: &[Coefficient],
-    factors: &[SpinFactors],
+    factors: &[f64],
     epsilon: &[f64],
     steps: &[Step],
     channels: usize,
     channel: usize,
     e: &mut [Complex<f64>],
     b: &mut [Complex<f64>],
-    scratch: &mut [Complex<f64>],
+    scratch: &mut [f64],
 ) {
     let count = e.len() + 2;
-    let Some((q, rest)) = scratch.split_at_mut_checked(count) else {
+    let Some(mut padded) = Padded::new(vectors(e.len()), count, epsilon, scratch) else {
         return;
     };
-    let Some(u) = rest.get_mut(..count) else {
-        return;
-    };
-    scalar_from_sums(sums, epsilon, steps, channels, channel, q);
-    scalar_from_sums(sums, epsilon, steps, channels, channel + 1, u);
-    let factors = factors.get(m..).unwrap_or(&[]);
-    let mut pairs = q.iter().copied().zip(u.iter().copied());
-    let zero = Complex::default();
-    let mut next = || pairs.next().map_or([zero; 2], |(q, u)| [q, u]);
-    // (q, u) of l − 2 … l + 2
-    let mut window = [[zero; 2], [zero; 2], [zero; 2], next(), next()];
-    let degrees = e.iter_mut().zip(b).zip(factors).zip(neighbours(epsilon));
-    for (((e, b), f), eps) in degrees {
-        window = [window[1], window[2], window[3], window[4], next()];
-        let [up, mid, down, odd_up, odd_down] = weights(m as f64, f, eps);
-        let [down2, down1, here, up1, up2] = window;
-        let even = |i: usize| here[i] * mid + up2[i] * up + down2[i] * down;
-        let odd = |i: usize| up1[i] * odd_up + down1[i] * odd_down;
-        let (even_q, even_u, odd_q, odd_u) = (even(0), even(1), odd(0), odd(1));
-        // E takes −W q − i V u, B takes −W u + i V q
-        *e += Complex::new(odd_u.im - even_q.re, -odd_u.re - even_q.im);
-        *b += Complex::new(-odd_q.im - even_u.re, odd_q.re - even_u.im);
+    for set in 0..2 {
+        let to = padded.values(set, count);
+        degrees_from_sums(sums, epsilon, steps, (channels, channel + set), to);
     }
+    let (e, e_end) = e.as_chunks_mut();
+    let (b, b_end) = b.as_chunks_mut();
+    crate::dispatch!(level, |token: L| mix_body::<L, true>(
+        token,
+        m,
+        factors,
+        &padded,
+        [e, b],
+        [e_end, b_end]
+    ));
 }

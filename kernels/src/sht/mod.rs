@@ -48,10 +48,10 @@ pub use adjoint::{Line, adjoint, adjoint_scratch_len};
 pub use belt::{
     belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
 };
-pub use legendre::{Aligned, Coefficient, PhaseBlock};
+pub use legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex};
 pub use mixing::{
-    SpinFactors, scalar_coefficients, scalar_from_sums, spin_factor_table, spin2_coefficients,
-    spin2_from_sums,
+    mixing_scratch_len, scalar_coefficients, scalar_from_sums, spin_factor_len, spin_factor_table,
+    spin2_coefficients, spin2_from_sums,
 };
 pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
 pub use resampling::{

@@ -24,7 +24,6 @@
 //! \[RBC23\] Reinecke, Belkner & Carron, A&A 678, A165 (2023).
 
 use super::legendre::{Aligned, PhaseBlock};
-use super::rings::RingBlock;
 use super::window::{MARGIN, TAPS, sharpness};
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
@@ -92,20 +91,19 @@ pub struct Layout {
 /// Northern and southern values of eight rings, a vector of orders each: real and imaginary north, the same south.
 pub(super) type Values<L> = [[L; 8]; 4];
 
-/// F of eight orders on a block → halves of the four functions G, ring by ring; all times `scale`.
+/// F of eight orders on a block → halves of the four functions G, ring by ring.
 #[inline(always)]
 pub(super) fn halves<L: Lanes>(
     token: L::Token,
     phases: &[PhaseBlock],
     (first, step): (usize, usize),
     carrier: &Carrier,
-    scale: L,
 ) -> Option<Values<L>> {
     let zero = L::splat(token, 0.0);
     let mut out = [[zero; 8]; 4];
-    let scale = scale * L::splat(token, 0.5);
-    let c = L::load(token, &carrier[0]) * scale;
-    let s = L::load(token, &carrier[1]) * scale;
+    let half = L::splat(token, 0.5);
+    let c = L::load(token, &carrier[0]) * half;
+    let s = L::load(token, &carrier[1]) * half;
     for t in 0..4 {
         let a = phases.get(first + 2 * t * step)?;
         let b = phases.get(first + (2 * t + 1) * step)?;
@@ -121,8 +119,8 @@ pub(super) fn halves<L: Lanes>(
             // G(θ) and G(θ + π)
             let (re, im) = (sums[here], sums[here + 1]);
             let (far_re, far_im) = (differences[there], differences[there + 1]);
-            out[here][t] = (re + far_re) * scale;
-            out[here + 1][t] = (im + far_im) * scale;
+            out[here][t] = (re + far_re) * half;
+            out[here + 1][t] = (im + far_im) * half;
             let (re, im) = (re - far_re, im - far_im);
             // e^{−iθ}; in the south, −e^{iθ}
             let (c, s) = if hemisphere == 0 { (c, -s) } else { (-c, -s) };
@@ -144,20 +142,19 @@ pub(super) fn whole<L: Lanes>(
     phases: &mut [PhaseBlock],
     (first, step): (usize, usize),
     carrier: &Carrier,
-    scale: L,
 ) -> Option<()> {
     let zero = L::splat(token, 0.0);
     for rows in &mut values {
         *rows = L::transpose(token, *rows);
     }
-    let scale = scale * L::splat(token, 0.5);
-    let c = L::load(token, &carrier[0]) * scale;
-    let s = L::load(token, &carrier[1]) * scale;
+    let half = L::splat(token, 0.5);
+    let c = L::load(token, &carrier[0]) * half;
+    let s = L::load(token, &carrier[1]) * half;
     for t in 0..4 {
         let (mut near, mut far) = ([zero; 4], [zero; 4]);
         for hemisphere in 0..2 {
             let here = 2 * hemisphere;
-            let (even_re, even_im) = (values[here][t] * scale, values[here + 1][t] * scale);
+            let (even_re, even_im) = (values[here][t] * half, values[here + 1][t] * half);
             let (re, im) = (values[here][4 + t], values[here + 1][4 + t]);
             // e^{iθ}; in the south, −e^{−iθ}
             let (c, s) = if hemisphere == 0 { (c, s) } else { (-c, s) };
@@ -180,18 +177,13 @@ fn gather_body<L: Lanes>(
     phases: &[PhaseBlock],
     layout: Layout,
     carriers: &[Carrier],
-    rings: Option<&[RingBlock]>,
     first: usize,
     grid: &mut [Eight],
 ) -> Option<()> {
     let n = grid.len();
     for (b, carrier) in carriers.iter().enumerate() {
-        let scale = match rings {
-            Some(rings) => L::load(token, &rings.get(b)?.inv_sin2),
-            None => L::splat(token, 1.0),
-        };
         let place = (b * layout.block, layout.order);
-        let v = halves::<L>(token, phases, place, carrier, scale)?;
+        let v = halves::<L>(token, phases, place, carrier)?;
         for lane in 0..8 {
             let j = first + 8 * b + lane;
             if 2 * j >= n {
@@ -210,37 +202,31 @@ fn gather_body<L: Lanes>(
 
 /// F of eight orders on consecutive blocks of equidistant rings → the functions of period π on the grid `grid`.
 ///
-/// `first`: ring pair where the blocks start; `rings` for values to be multiplied by 1/sin²θ; `phases` as `layout` says.
+/// `first`: ring pair where the blocks start; `phases` as `layout` says.
 ///
 /// # Errors
-/// [`Error::Length`] unless `phases` and `rings` hold the blocks.
+/// [`Error::Length`] unless `phases` hold the blocks.
 pub fn grid_from_phases(
     level: Level,
     phases: &[PhaseBlock],
     layout: Layout,
     carriers: &[Carrier],
-    rings: Option<&[RingBlock]>,
     first: usize,
     grid: &mut [Eight],
 ) -> Result<(), Error> {
-    check(phases.len(), layout, carriers.len(), rings)?;
+    check(phases.len(), layout, carriers.len())?;
     crate::dispatch!(level, |token: L| gather_body::<L>(
-        token, phases, layout, carriers, rings, first, grid
+        token, phases, layout, carriers, first, grid
     ));
     Ok(())
 }
 
-fn check(
-    phases: usize,
-    layout: Layout,
-    blocks: usize,
-    rings: Option<&[RingBlock]>,
-) -> Result<(), Error> {
+fn check(phases: usize, layout: Layout, blocks: usize) -> Result<(), Error> {
     if blocks > 0 {
         let need = (ORDERS - 1) * layout.order + (blocks - 1) * layout.block + 1;
         Error::check_scratch("phases", need, phases)?;
     }
-    rings.map_or(Ok(()), |r| Error::check_scratch("rings", blocks, r.len()))
+    Ok(())
 }
 
 #[inline(always)]
@@ -249,16 +235,11 @@ fn scatter_body<L: Lanes>(
     grid: &[Eight],
     first: usize,
     carriers: &[Carrier],
-    rings: Option<&[RingBlock]>,
     phases: &mut [PhaseBlock],
     layout: Layout,
 ) -> Option<()> {
     let n = grid.len();
     for (b, carrier) in carriers.iter().enumerate() {
-        let scale = match rings {
-            Some(rings) => L::load(token, &rings.get(b)?.inv_sin2),
-            None => L::splat(token, 1.0),
-        };
         let mut v = [[L::splat(token, 0.0); 8]; 4];
         for lane in 0..8 {
             let j = first + 8 * b + lane;
@@ -272,7 +253,7 @@ fn scatter_body<L: Lanes>(
             v[3][lane] = L::load(token, &south[1]);
         }
         let place = (b * layout.block, layout.order);
-        whole::<L>(token, v, phases, place, carrier, scale)?;
+        whole::<L>(token, v, phases, place, carrier)?;
     }
     Some(())
 }
@@ -286,13 +267,12 @@ pub fn phases_from_grid(
     grid: &[Eight],
     first: usize,
     carriers: &[Carrier],
-    rings: Option<&[RingBlock]>,
     phases: &mut [PhaseBlock],
     layout: Layout,
 ) -> Result<(), Error> {
-    check(phases.len(), layout, carriers.len(), rings)?;
+    check(phases.len(), layout, carriers.len())?;
     crate::dispatch!(level, |token: L| scatter_body::<L>(
-        token, grid, first, carriers, rings, phases, layout
+        token, grid, first, carriers, phases, layout
     ));
     Ok(())
 }

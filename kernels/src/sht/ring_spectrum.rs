@@ -11,6 +11,7 @@
 //! e^{imφ₀} is the product of two table entries, e^{i 64 m₁ φ₀} e^{i m₀ φ₀}, each correctly reduced: no drift with m.
 
 use super::legendre::{Aligned, PhaseBlock};
+use super::window::prefetch;
 use crate::error::Error;
 use crate::scalar;
 use crate::simd::{Lanes, Level};
@@ -122,6 +123,20 @@ fn all_distinct(shapes: &RingShapes, orders: usize) -> bool {
     shapes.pixels.iter().all(|&n| n == 0 || 2 * orders <= n)
 }
 
+/// Is there a place within `tiles` for all orders?
+pub(super) fn check_places(
+    tiles: &[PhaseTile],
+    places: &[usize],
+    orders: usize,
+) -> Result<(), Error> {
+    let count = orders.div_ceil(BATCH);
+    Error::check_scratch("places", count, places.len())?;
+    for place in places.iter().take(count) {
+        Error::check_scratch("phases", place.saturating_add(1), tiles.len())?;
+    }
+    Ok(())
+}
+
 /// Orders moved together between lanes and spectra.
 const BATCH: usize = super::ORDERS;
 
@@ -143,13 +158,12 @@ fn spectrum_body<L: Lanes>(
     token: L::Token,
     tiles: &[PhaseTile],
     (places, orders): (&[usize], usize),
-    scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
     spectra: &mut [Complex<f64>],
 ) {
     let starts = starts(shapes);
-    let scale = L::load(token, scale);
+    let one = L::splat(token, 1.0);
     let distinct = all_distinct(shapes, orders);
     if !distinct {
         spectra.fill(Complex::default());
@@ -160,16 +174,17 @@ fn spectrum_body<L: Lanes>(
         let Some(tile) = places.get(first / BATCH).and_then(|&k| tiles.get(k)) else {
             return;
         };
-        if let Some(next) = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k)) {
-            super::window::prefetch_tile::<L>(token, next);
-        }
+        let next = places.get(first / BATCH + 1).and_then(|&k| tiles.get(k));
         // orders by rings → rings by orders
         let zero = L::splat(token, 0.0);
         let mut parts = [[zero; BATCH]; 4];
         for j in 0..count {
-            let Some(rotation) = phase::<L>(token, first + j, table, scale) else {
+            let Some(rotation) = phase::<L>(token, first + j, table, one) else {
                 return;
             };
+            if let Some(next) = next {
+                prefetch::<L>(token, &next[j]);
+            }
             let combined = combine::<L>(token, &tile[j], rotation);
             for k in 0..4 {
                 parts[k][j] = combined[k];
@@ -244,21 +259,16 @@ pub fn spectrum_from_phases(
     level: Level,
     tiles: &[PhaseTile],
     (places, orders): (&[usize], usize),
-    scale: &[f64; 8],
     table: &[PhaseTable],
     shapes: &RingShapes,
     spectra: &mut [Complex<f64>],
 ) -> Result<(), Error> {
     Error::check_len("spectra", shapes.len(), spectra.len())?;
-    Error::check_scratch("places", orders.div_ceil(BATCH), places.len())?;
-    for place in places.iter().take(orders.div_ceil(BATCH)) {
-        Error::check_scratch("phases", place + 1, tiles.len())?;
-    }
+    check_places(tiles, places, orders)?;
     crate::dispatch!(level, |token: L| spectrum_body::<L>(
         token,
         tiles,
         (places, orders),
-        scale,
         table,
         shapes,
         spectra

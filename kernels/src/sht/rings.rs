@@ -8,8 +8,8 @@ use super::double::Double;
 use crate::error::Error;
 use crate::scalar;
 
-/// Functions below e^−69 = 2^−100 are left out.
-const NEGLIGIBLE: f64 = 69.0;
+/// Functions below e^−46 = 1e−20 are left out.
+const NEGLIGIBLE: f64 = 46.0;
 
 /// Eight pairs of rings (θ, π − θ), θ ≤ π/2, ordered towards the equator, and what the inner loops need of them.
 ///
@@ -31,7 +31,7 @@ pub struct RingBlock {
     pub log_sin_half: [[f64; 8]; 2],
     /// log2 cos θ/2, likewise.
     pub log_cos_half: [[f64; 8]; 2],
-    /// Orders above this contribute less than 2^−100 to any of the rings, for degrees up to the lmax given.
+    /// Orders above this contribute less than 1e−20 to any of the rings, for degrees up to the lmax given.
     pub m_limit: usize,
     /// Nearer to the pole than 45°: the recurrence runs in −sin²θ.
     pub polar: bool,

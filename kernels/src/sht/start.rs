@@ -2,9 +2,12 @@
 //!
 //! sin^m θ underflows for m of a few hundred, yet the functions that start there grow back to order one. A value is
 //! carried as q · 2^(800 s), s = 0, −1, −2 … per lane. Values with s = 0 are at least 2^−100 at first; those below are
-//! left out of the sums. (The functions themselves are α q with α up to 2^40 at the start of a high order: a bound of
-//! 2^−64 would save 2 to 4 % of the time and cost an error of 1e-8.) The recurrence multiplies q by less than 2^14 per
-//! step, so it is enough to look at q every [`CHECK`] steps: beyond 2^700 it moves to the next scale.
+//! left out of the sums. The recurrence multiplies q by less than 2^14 per step, so it is enough to look at q every
+//! [`CHECK`] steps: beyond 2^700 it moves to the next scale.
+//!
+//! Until the next look a value that has passed the bound is still left out. It grows fastest near the poles: for lmax up
+//! to 4096 it reaches 2^−45 by then, and would reach 2^−18 with a bound of 2^−64: with that, here and in the polar limit,
+//! transforms were 2 to 4 % faster and 3e-9 wrong (measured).
 
 use crate::simd::Lanes;
 

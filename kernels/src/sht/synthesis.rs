@@ -21,7 +21,7 @@
 //! * *Starts* of many blocks are computed in one go ([`start_all`]); for one group alone they take as long as fifty
 //!   steps.
 
-use super::legendre::{Aligned, Coefficient, PhaseBlock, advance, first_active};
+use super::legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex, advance, first_active};
 use super::recurrence::Step;
 use super::rings::RingBlock;
 use super::start::{CHECK, rescale, sine_power};
@@ -115,7 +115,7 @@ fn group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
     (count, at): (usize, usize),
-    out: &mut [PhaseBlock],
+    (index, out): (PhaseIndex<'_>, &mut [PhaseBlock]),
 ) {
     let zero = L::splat(token, 0.0);
     let (mut y, mut before) = ([zero; V], [zero; V]);
@@ -163,18 +163,44 @@ fn group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
         gather::<L, V, C>(token, c, &q, &mut sums);
     }
 
-    for (c, channel) in out.chunks_exact_mut(count).take(C).enumerate() {
-        let Some(to) = channel.get_mut(at..at + V) else {
-            return;
-        };
-        for v in 0..V {
-            let cos = L::load(token, &rings[v].cos);
-            for part in 0..2 {
-                let (even, odd) = (sums[v][c][part], sums[v][c][part + 2] * cos);
-                (even + odd).store(&mut to[v][part]);
-                (even - odd).store(&mut to[v][part + 2]);
+    // by way of memory: indexed by what is not a constant, the sums would lie there through all of the above
+    let mut parts = [[PhaseBlock::default(); C]; V];
+    for c in 0..C {
+        for k in 0..4 {
+            for v in 0..V {
+                sums[v][c][k].store(&mut parts[v][c][k]);
             }
         }
+    }
+    for c in 0..C {
+        let divided = c >= index.divided;
+        for v in 0..V {
+            let to = index.at(c * count + at + v).unwrap_or(usize::MAX);
+            finish::<L>(token, &parts[v][c], &rings[v], divided, out.get_mut(to));
+        }
+    }
+}
+
+/// north, south ← even ± cos θ · odd, over sin²θ where that is asked for.
+#[inline(always)]
+fn finish<L: Lanes>(
+    token: L::Token,
+    sums: &PhaseBlock,
+    ring: &RingBlock,
+    divided: bool,
+    to: Option<&mut PhaseBlock>,
+) {
+    let Some(to) = to else { return };
+    let mut factor = L::splat(token, 1.0);
+    if divided {
+        factor = L::load(token, &ring.inv_sin2);
+    }
+    let cos = L::load(token, &ring.cos) * factor;
+    for part in 0..2 {
+        let even = L::load(token, &sums[part]) * factor;
+        let odd = L::load(token, &sums[part + 2]) * cos;
+        (even + odd).store(&mut to[part]);
+        (even - odd).store(&mut to[part + 2]);
     }
 }
 
@@ -203,7 +229,7 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
     norm: f64,
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
-    out: &mut [PhaseBlock],
+    (index, out): (PhaseIndex<'_>, &mut [PhaseBlock]),
 ) {
     let count = rings.len();
     let mut at = first_active(rings, m);
@@ -226,12 +252,14 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
             let place = (count, at + k);
             match (rings.first_chunk::<V>(), starts.first_chunk::<V>()) {
                 (Some(group), Some(starts)) if group[V - 1].polar == ring.polar => {
-                    either::<L, V, C>(token, group, starts, steps, coefficients, place, out);
+                    let to = (index, &mut *out);
+                    either::<L, V, C>(token, group, starts, steps, coefficients, place, to);
                     k += V;
                 }
                 _ => {
                     let (group, starts) = (array::from_ref(ring), array::from_ref(start));
-                    either::<L, 1, C>(token, group, starts, steps, coefficients, place, out);
+                    let to = (index, &mut *out);
+                    either::<L, 1, C>(token, group, starts, steps, coefficients, place, to);
                     k += 1;
                 }
             }
@@ -249,7 +277,7 @@ fn either<L: Lanes, const V: usize, const C: usize>(
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
     place: (usize, usize),
-    out: &mut [PhaseBlock],
+    out: (PhaseIndex<'_>, &mut [PhaseBlock]),
 ) {
     if rings[0].polar {
         group::<L, V, C, 2>(token, rings, starts, steps, coefficients, place, out);
@@ -266,11 +294,11 @@ fn either<L: Lanes, const V: usize, const C: usize>(
 /// | `norm` | | r_0/(α_0 sin^m θ), from [`super::start_norms`] and [`super::step_table`] |
 /// | `steps` | steps | from [`super::step_table`]; may be longer |
 /// | `coefficients` | (steps, channels) | from [`super::scalar_coefficients`] or [`super::spin2_coefficients`] |
-/// | `out` | (channels, blocks) | F_m; blocks beyond the polar limit (`m_limit < m`) are left as they are |
+/// | `index`, `out` | (channels, blocks) | F_m; blocks beyond the polar limit (`m_limit < m`) are left as they are |
 ///
 /// # Errors
 /// [`Error::Length`] unless `coefficients` is a multiple of `channels`, `steps` at least as long as one channel of it,
-/// and `out` = channels · blocks.
+/// and `out` has the places of `index`.
 pub fn synthesis(
     level: Level,
     rings: &[RingBlock],
@@ -279,12 +307,13 @@ pub fn synthesis(
     steps: &[Step],
     channels: usize,
     coefficients: &[Coefficient],
+    index: PhaseIndex<'_>,
     out: &mut [PhaseBlock],
 ) -> Result<(), Error> {
     let count = coefficients.len() / channels.max(1);
     Error::check_len("coefficients", count * channels, coefficients.len())?;
     Error::check_scratch("steps", count, steps.len())?;
-    Error::check_len("phases", channels * rings.len(), out.len())?;
+    index.check(channels, (rings.len(), first_active(rings, m)), out.len())?;
     if rings.is_empty() {
         return Ok(());
     }
@@ -300,7 +329,7 @@ pub fn synthesis(
                     norm,
                     steps,
                     coefficients,
-                    out
+                    (index, out)
                 ));
             } else {
                 $crate::dispatch!(level, |token: L| synthesis_body::<L, $narrow, $channels>(
@@ -310,7 +339,7 @@ pub fn synthesis(
                     norm,
                     steps,
                     coefficients,
-                    out
+                    (index, out)
                 ));
             }
         }};

@@ -13,7 +13,7 @@
 //! 4 FMA of recurrence and 8 of sums per degree: twice the work of two scalar sums, but without a division by sin²θ.
 //! Few orders reach the rings near the poles, so little time is spent here.
 
-use super::legendre::{Coefficient, PhaseBlock};
+use super::legendre::{Coefficient, PhaseBlock, PhaseIndex, first_active};
 use super::rings::RingBlock;
 use super::start::{CHECK, power, rescale};
 use crate::error::Error;
@@ -323,22 +323,23 @@ fn synthesis_group<L: Lanes, const V: usize>(
 fn store_pair<L: Lanes>(
     sums: &[L; 8],
     sign: L,
-    q: Option<&mut PhaseBlock>,
-    u: Option<&mut PhaseBlock>,
-) {
-    let (Some(q), Some(u)) = (q, u) else {
-        return;
-    };
-    let [pr, pi, mr, mi, ..] = *sums;
+    index: PhaseIndex<'_>,
+    (q, u): (usize, usize),
+    out: &mut [PhaseBlock],
+) -> Option<()> {
+    let [pr, pi, mr, mi, south @ ..] = *sums;
+    let [spr, spi, smr, smi] = south;
+    let q = out.get_mut(index.at(q)?)?;
     (pr + mr).store(&mut q[0]);
     (pi + mi).store(&mut q[1]);
+    ((spr + smr) * sign).store(&mut q[2]);
+    ((spi + smi) * sign).store(&mut q[3]);
+    let u = out.get_mut(index.at(u)?)?;
     (pi - mi).store(&mut u[0]);
     (mr - pr).store(&mut u[1]);
-    let [.., pr, pi, mr, mi] = *sums;
-    ((pr + mr) * sign).store(&mut q[2]);
-    ((pi + mi) * sign).store(&mut q[3]);
-    ((pi - mi) * sign).store(&mut u[2]);
-    ((mr - pr) * sign).store(&mut u[3]);
+    ((spi - smi) * sign).store(&mut u[2]);
+    ((smr - spr) * sign).store(&mut u[3]);
+    Some(())
 }
 
 /// The transpose of [`store_pair`].
@@ -381,24 +382,25 @@ fn synthesis_body<L: Lanes, const V: usize>(
     norms: [f64; 2],
     steps: &[WignerStep],
     coefficients: &[Coefficient],
-    q: &mut [PhaseBlock],
-    u: &mut [PhaseBlock],
+    index: PhaseIndex<'_>,
+    out: &mut [PhaseBlock],
 ) {
     let sign = L::splat(token, first_sign(m));
-    let mut at = rings.partition_point(|r| r.m_limit < m);
+    let count = rings.len();
+    let mut at = first_active(rings, m);
     while let Some(rest) = rings.get(at..)
         && let Some(first) = rest.first()
     {
         if let Some(group) = rest.first_chunk::<V>() {
             let sums = synthesis_group::<L, V>(token, group, m, norms, steps, coefficients);
             for (v, sums) in sums.iter().enumerate() {
-                store_pair::<L>(sums, sign, q.get_mut(at + v), u.get_mut(at + v));
+                store_pair::<L>(sums, sign, index, (at + v, count + at + v), out);
             }
             at += V;
         } else {
             let group = core::array::from_ref(first);
             let sums = synthesis_group::<L, 1>(token, group, m, norms, steps, coefficients);
-            store_pair::<L>(&sums[0], sign, q.get_mut(at), u.get_mut(at));
+            store_pair::<L>(&sums[0], sign, index, (at, count + at), out);
             at += 1;
         }
     }
@@ -406,11 +408,11 @@ fn synthesis_body<L: Lanes, const V: usize>(
 
 /// Coefficients ([`wigner_coefficients`]) → F_m of Q and U on rings near the poles, for one order.
 ///
-/// `norms`: of [`wigner_norms`], divided by α of the first step; `q`, `u`: one entry per block of `rings`; blocks
-/// beyond the polar limit are left as they are.
+/// `norms`: of [`wigner_norms`], divided by α of the first step; `index`, `out`: (Q and U, blocks), as of
+/// [`synthesis`](super::synthesis()); blocks beyond the polar limit are left as they are.
 ///
 /// # Errors
-/// [`Error::Length`] unless `steps` and `coefficients`, and `rings`, `q` and `u` are equally long.
+/// [`Error::Length`] unless `steps` and `coefficients` are equally long and `out` has the places of `index`.
 pub fn wigner_synthesis(
     level: Level,
     rings: &[RingBlock],
@@ -418,12 +420,11 @@ pub fn wigner_synthesis(
     norms: [f64; 2],
     steps: &[WignerStep],
     coefficients: &[Coefficient],
-    q: &mut [PhaseBlock],
-    u: &mut [PhaseBlock],
+    index: PhaseIndex<'_>,
+    out: &mut [PhaseBlock],
 ) -> Result<(), Error> {
     Error::check_len("coefficients", steps.len(), coefficients.len())?;
-    Error::check_len("phases of Q", rings.len(), q.len())?;
-    Error::check_len("phases of U", rings.len(), u.len())?;
+    index.check(2, (rings.len(), first_active(rings, m)), out.len())?;
     if level.name() == "avx512" {
         crate::dispatch!(level, |token: L| synthesis_body::<L, 2>(
             token,
@@ -432,8 +433,8 @@ pub fn wigner_synthesis(
             norms,
             steps,
             coefficients,
-            q,
-            u
+            index,
+            out
         ));
     } else {
         crate::dispatch!(level, |token: L| synthesis_body::<L, 1>(
@@ -443,8 +444,8 @@ pub fn wigner_synthesis(
             norms,
             steps,
             coefficients,
-            q,
-            u
+            index,
+            out
         ));
     }
     Ok(())

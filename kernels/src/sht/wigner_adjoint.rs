@@ -1,6 +1,6 @@
 //! Spin 2 near the poles, F_m of Q and U → coefficients: the transpose of [`super::wigner`].
 //!
-//! As [`super::adjoint`], with cells of both functions w⁺, w⁻ and their eight parts: S steps of 4 sums stay in
+//! As [`mod@super::adjoint`], with cells of both functions w⁺, w⁻ and their eight parts: S steps of 4 sums stay in
 //! registers over all cells of a panel.
 //!
 //! ```text
@@ -15,7 +15,7 @@
 //! 12 S multiply-adds cost 13 loads and 4 stores.
 
 use super::adjoint::{Cell, Line, PANEL_LINES, Places, Sum, Turn, whole};
-use super::legendre::{Coefficient, PhaseBlock};
+use super::legendre::{Coefficient, PhaseBlock, PhaseIndex, first_active};
 use super::rings::RingBlock;
 use super::start::{CHECK, power, rescale};
 use super::wigner::{WignerStep, first_sign, load_pair};
@@ -252,12 +252,12 @@ fn adjoint_body<L: Lanes, const S: usize>(
     m: usize,
     norms: [f64; 2],
     steps: &[WignerStep],
-    (q, u): (&[PhaseBlock], &[PhaseBlock]),
+    (index, phases): (PhaseIndex<'_>, &[PhaseBlock]),
     coefficients: &mut [Coefficient],
     scratch: &mut [Line],
 ) {
     let count = rings.len();
-    let mut at = rings.partition_point(|r| r.m_limit < m);
+    let mut at = first_active(rings, m);
     if at == count {
         coefficients.fill([0.0; 4]);
         return;
@@ -273,7 +273,14 @@ fn adjoint_body<L: Lanes, const S: usize>(
     {
         let size = rest.len().min(cells.len());
         for (b, (ring, cell)) in rest.iter().zip(cells.iter_mut()).enumerate() {
-            begin::<L>(token, ring, m, norms, (q.get(at + b), u.get(at + b)), cell);
+            let mut pair = (None, None);
+            if let Some(place) = index.at(at + b) {
+                pair.0 = phases.get(place);
+            }
+            if let Some(place) = index.at(count + at + b) {
+                pair.1 = phases.get(place);
+            }
+            begin::<L>(token, ring, m, norms, pair, cell);
         }
         let last = at + size == count;
         let turn = Turn { first, last };
@@ -295,8 +302,8 @@ pub fn wigner_adjoint(
     m: usize,
     norms: [f64; 2],
     steps: &[WignerStep],
-    q: &[PhaseBlock],
-    u: &[PhaseBlock],
+    index: PhaseIndex<'_>,
+    phases: &[PhaseBlock],
     coefficients: &mut [Coefficient],
     scratch: &mut [Line],
 ) -> Result<(), Error> {
@@ -306,8 +313,7 @@ pub fn wigner_adjoint(
         wigner_adjoint_scratch_len(steps.len()),
         scratch.len(),
     )?;
-    Error::check_len("phases of Q", rings.len(), q.len())?;
-    Error::check_len("phases of U", rings.len(), u.len())?;
+    index.check(2, (rings.len(), first_active(rings, m)), phases.len())?;
     macro_rules! enter {
         ($s:literal) => {
             crate::dispatch!(level, |token: L| adjoint_body::<L, $s>(
@@ -316,7 +322,7 @@ pub fn wigner_adjoint(
                 m,
                 norms,
                 steps,
-                (q, u),
+                (index, phases),
                 coefficients,
                 scratch
             ))

@@ -140,7 +140,7 @@ fn interpolate_body<L: Lanes>(
                 v[k][lane] = sums[k];
             }
         }
-        whole::<L>(token, v, out, (0, 1), &taps.carrier, L::splat(token, 1.0))?;
+        whole::<L>(token, v, out, (0, 1), &taps.carrier)?;
     }
     Some(())
 }
@@ -162,13 +162,12 @@ pub fn phases_from_fine(
     Ok(())
 }
 
-/// Asks for a tile that comes next: tiles of one batch lie far apart, where no hardware sees a pattern.
+/// Asks for one order of a tile that comes next: tiles of one batch lie far apart, where no hardware sees a pattern. One
+/// at a time, because a whole tile takes twice the requests that can be under way, and the rest would wait in line.
 #[inline(always)]
-pub(super) fn prefetch_tile<L: Lanes>(token: L::Token, tile: &[PhaseBlock]) {
-    for block in tile {
-        for part in &block.0 {
-            L::prefetch(token, part);
-        }
+pub(super) fn prefetch<L: Lanes>(token: L::Token, block: &PhaseBlock) {
+    for part in &block.0 {
+        L::prefetch(token, part);
     }
 }
 
@@ -180,16 +179,15 @@ fn spread_body<L: Lanes>(
     taps: &RingTaps,
     fine: &mut [Eight],
 ) -> Option<()> {
-    prefetch_tile::<L>(token, next);
-    let v = halves::<L>(token, phases, (0, 1), &taps.carrier, L::splat(token, 1.0))?;
-    if !add_rings::<L, 4>(token, &v, taps, 0, fine)? {
+    let v = halves::<L>(token, phases, (0, 1), &taps.carrier)?;
+    if !add_rings::<L, 4>(token, &v, taps, 0, fine, next.get(..4))? {
         for lane in 0..4 {
-            add_rings::<L, 1>(token, &v, taps, lane, fine)?;
+            add_rings::<L, 1>(token, &v, taps, lane, fine, None)?;
         }
     }
-    if !add_rings::<L, 4>(token, &v, taps, 4, fine)? {
+    if !add_rings::<L, 4>(token, &v, taps, 4, fine, next.get(4..))? {
         for lane in 4..8 {
-            add_rings::<L, 1>(token, &v, taps, lane, fine)?;
+            add_rings::<L, 1>(token, &v, taps, lane, fine, None)?;
         }
     }
     Some(())
@@ -206,6 +204,7 @@ fn add_rings<L: Lanes, const K: usize>(
     taps: &RingTaps,
     lane: usize,
     fine: &mut [Eight],
+    next: Option<&[PhaseBlock]>,
 ) -> Option<bool> {
     let zero = L::splat(token, 0.0);
     let mut own = [[zero; K]; 4];
@@ -230,31 +229,28 @@ fn add_rings<L: Lanes, const K: usize>(
         cut[k] = weights[k].get(..count)?;
     }
     let end = fine.len().checked_sub(first)? + 1;
-    // north, then the mirror image in the south
-    let north = fine.get_mut(first..first + count)?;
     for i in 0..count {
-        let mut re = L::load(token, &north[i][0]);
-        let mut im = L::load(token, &north[i][1]);
-        for k in 0..K {
-            let w = L::splat(token, cut[k][i]);
-            re = own[0][k].mul_add(w, re);
-            im = own[1][k].mul_add(w, im);
+        if let Some(next) = next
+            && let Some(block) = next.get(i / 4)
+        {
+            L::prefetch(token, &block.0[i % 4]);
         }
-        re.store(&mut north[i][0]);
-        im.store(&mut north[i][1]);
-    }
-    let south = fine.get_mut(end.checked_sub(count)?..end)?;
-    for i in 0..count {
-        let to = &mut south[count - 1 - i];
-        let mut re = L::load(token, &to[0]);
-        let mut im = L::load(token, &to[1]);
+        let mut w = [zero; K];
         for k in 0..K {
-            let w = L::splat(token, cut[k][i]);
-            re = own[2][k].mul_add(w, re);
-            im = own[3][k].mul_add(w, im);
+            w[k] = L::splat(token, cut[k][i]);
         }
-        re.store(&mut to[0]);
-        im.store(&mut to[1]);
+        // north, then the mirror image in the south
+        for (place, part) in [(first + i, 0), (end.wrapping_sub(1 + i), 2)] {
+            let to = fine.get_mut(place)?;
+            let mut re = L::load(token, &to[0]);
+            let mut im = L::load(token, &to[1]);
+            for k in 0..K {
+                re = own[part][k].mul_add(w[k], re);
+                im = own[part + 1][k].mul_add(w[k], im);
+            }
+            re.store(&mut to[0]);
+            im.store(&mut to[1]);
+        }
     }
     Some(true)
 }

@@ -328,6 +328,27 @@ impl Lanes for Avx2Lanes {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
     }
     #[inline(always)]
+    fn load_twice(_: Avx2Token, from: &[f64; 4]) -> Self {
+        // SAFETY: the token proves the features; the array is 32 readable bytes, and the load is unaligned.
+        unsafe {
+            let four = _mm256_loadu_pd(from.as_ptr());
+            Self(
+                _mm256_permute4x64_pd::<0b01_01_00_00>(four),
+                _mm256_permute4x64_pd::<0b11_11_10_10>(four),
+            )
+        }
+    }
+    #[inline(always)]
+    fn swap_pairs(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            Self(
+                _mm256_permute_pd::<0b0101>(self.0),
+                _mm256_permute_pd::<0b0101>(self.1),
+            )
+        }
+    }
+    #[inline(always)]
     fn transpose(_: Avx2Token, r: [Self; 8]) -> [Self; 8] {
         // SAFETY: the token proves the features; registers only.
         unsafe {

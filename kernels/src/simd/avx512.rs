@@ -249,6 +249,20 @@ impl Lanes for Avx512Lanes {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
     }
     #[inline(always)]
+    fn load_twice(_: Avx512Token, from: &[f64; 4]) -> Self {
+        // SAFETY: the token proves the features; the array is 32 readable bytes, and the load is unaligned.
+        unsafe {
+            let four = _mm512_castpd256_pd512(_mm256_loadu_pd(from.as_ptr()));
+            let places = _mm512_setr_epi64(0, 0, 1, 1, 2, 2, 3, 3);
+            Self(_mm512_permutexvar_pd(places, four))
+        }
+    }
+    #[inline(always)]
+    fn swap_pairs(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe { Self(_mm512_permute_pd::<0b0101_0101>(self.0)) }
+    }
+    #[inline(always)]
     fn transpose(_: Avx512Token, r: [Self; 8]) -> [Self; 8] {
         // SAFETY: the token proves the features; registers only.
         unsafe {

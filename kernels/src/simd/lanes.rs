@@ -65,6 +65,14 @@ pub trait Lanes:
         self.store(&mut out);
         out
     }
+    /// Four values from memory, each in two lanes: 0 0 1 1 2 2 3 3.
+    #[inline(always)]
+    fn load_twice(token: Self::Token, from: &[f64; 4]) -> Self {
+        let [a, b, c, d] = *from;
+        Self::load(token, &[a, a, b, b, c, c, d, d])
+    }
+    /// Neighbours exchanged: lanes 1 0 3 2 5 4 7 6.
+    fn swap_pairs(self) -> Self;
     /// Up to eight values from a slice; the lanes beyond its end repeat `pad`.
     #[inline(always)]
     fn load_padded(token: Self::Token, from: &[f64], pad: f64) -> Self {

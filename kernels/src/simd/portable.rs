@@ -90,6 +90,11 @@ impl Lanes for PortableLanes {
         Self(f64x8::new(from.map(f64::from)))
     }
     #[inline(always)]
+    fn swap_pairs(self) -> Self {
+        let [a, b, c, d, e, f, g, h] = self.0.to_array();
+        Self(f64x8::new([b, a, d, c, f, e, h, g]))
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f64; 8]) {
         *to = self.0.to_array();
     }

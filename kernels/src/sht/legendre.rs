@@ -109,7 +109,7 @@ impl PhaseIndex<'_> {
             None => [
                 self,
                 Self {
-                    offset: self.offset + entries,
+                    offset: self.offset.saturating_add(entries),
                     ..self
                 },
             ],
@@ -125,7 +125,7 @@ impl PhaseIndex<'_> {
     ) -> Result<(), Error> {
         let count = channels * blocks;
         let Some(places) = self.places else {
-            return Error::check_scratch("phases", self.offset + count, phases);
+            return Error::check_scratch("phases", self.offset.saturating_add(count), phases);
         };
         Error::check_len("places", count, places.len())?;
         for channel in places.chunks_exact(blocks.max(1)) {

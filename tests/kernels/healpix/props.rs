@@ -87,6 +87,10 @@ proptest! {
     }
 }
 
+fn slices_of(planes: &mut [Vec<u64>; 8]) -> [&mut [u64]; 8] {
+    planes.each_mut().map(Vec::as_mut_slice)
+}
+
 /// Orders and neighbours of slices are those of their elements, at every level of instructions: random pixels, those of the
 /// caps and of the borders of faces among them, at powers of two and other Nside.
 #[test]
@@ -116,7 +120,7 @@ fn levels_agree_random_pixels() {
             .collect();
         for level in Level::available() {
             let mut out = vec![0; pixels.len()];
-            let mut planes = vec![vec![0; pixels.len()]; 8];
+            let mut planes = [(); 8].map(|()| vec![0; pixels.len()]);
             let neighbours_ok = |planes: &[Vec<u64>], scalar: &dyn Fn(u64) -> [Option<u64>; 8]| {
                 for (k, &pixel) in pixels.iter().enumerate() {
                     let expected = scalar(pixel).map(|p| p.unwrap_or(NO_PIXEL));
@@ -124,24 +128,12 @@ fn levels_agree_random_pixels() {
                     assert_eq!(got, expected, "{level} nside {n} pixel {pixel}");
                 }
             };
-            let slices = planes
-                .iter_mut()
-                .map(Vec::as_mut_slice)
-                .collect::<Vec<_>>()
-                .try_into()
-                .unwrap();
-            ring::neighbours_into(level, nside, &pixels, slices).unwrap();
+            ring::neighbours_into(level, nside, &pixels, slices_of(&mut planes)).unwrap();
             neighbours_ok(&planes, &|p| ring::neighbours(nside, p).unwrap());
             if nside.order().is_none() {
                 continue;
             }
-            let slices = planes
-                .iter_mut()
-                .map(Vec::as_mut_slice)
-                .collect::<Vec<_>>()
-                .try_into()
-                .unwrap();
-            nested::neighbours_into(level, nside, &pixels, slices).unwrap();
+            nested::neighbours_into(level, nside, &pixels, slices_of(&mut planes)).unwrap();
             neighbours_ok(&planes, &|p| nested::neighbours(nside, p).unwrap());
             ring2nest_into(level, nside, &pixels, &mut out).unwrap();
             for (&pixel, &got) in pixels.iter().zip(&out) {

@@ -20,15 +20,9 @@ fn gains(
 ) -> bool {
     let active = |rings: &[RingBlock]| rings.len() - rings.partition_point(|r| r.m_limit < m);
     let (many, few) = (active(map), active(rings));
-    let e = |n: &str, d: usize| {
-        std::env::var(n)
-            .ok()
-            .and_then(|x| x.parse().ok())
-            .unwrap_or(d)
-    };
-    let saved = e("EQA", 36) * ORDERS * ((lmax - m) / 2) * many.saturating_sub(few) / 10;
-    let transform = |k: usize| e("EQB", 4) * k * (k.ilog2() as usize + 1);
-    saved > transform(n) + transform(fine) + e("EQC", 600) * many
+    let saved = 36 * ORDERS * ((lmax - m) / 2) * many.saturating_sub(few) / 10;
+    let transform = |k: usize| 4 * k * (k.ilog2() as usize + 1);
+    saved > transform(n) + transform(fine) + 600 * many
 }
 
 /// A transform across lanes with its table.

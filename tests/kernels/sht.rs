@@ -46,7 +46,7 @@ impl Order {
     /// F_m of `alm` (l = m …) on rings.
     fn scalar(&self, level: Level, rings: &[RingBlock], alm: &[Complex<f64>]) -> Vec<PhaseBlock> {
         let mut c = vec![[f64::NAN; 4]; self.steps.len()];
-        scalar_coefficients(alm, &self.epsilon, &self.steps, 1, 0, &mut c);
+        scalar_coefficients(level, alm, &self.epsilon, &self.steps, 1, 0, &mut c);
         let mut out = vec![PhaseBlock::default(); rings.len()];
         synthesis(
             level,

@@ -294,6 +294,7 @@ impl Part<'_> {
             own.coefficients.resize(n * count, [0.0; 4]);
             for (c, a) in alms[..scalars].iter().enumerate() {
                 scalar_coefficients(
+                    self.level,
                     &a[of_order(a)],
                     epsilon,
                     &steps[..n],
@@ -340,6 +341,7 @@ impl Part<'_> {
                 own.polar_coefficients.resize(n * scalars, [0.0; 4]);
                 for (c, a) in alms[..scalars].iter().enumerate() {
                     scalar_coefficients(
+                        self.level,
                         &a[of_order(a)],
                         epsilon,
                         &steps[..n],

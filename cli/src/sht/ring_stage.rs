@@ -4,26 +4,34 @@ use super::group::{Alm, Part, sound};
 use super::workers::Scratch;
 use dust3d_kernels::sht::{
     PhaseTile, belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum,
-    phases_from_spectrum, pixels_from_belt, spectrum_from_phases,
+    phases_from_spectrum, pixels_from_belt, pixels_from_ring, ring_from_pixels,
+    spectrum_from_phases,
 };
-use num_complex::Complex;
+use std::ops::Range;
 
 impl Part<'_> {
-    fn fft(&self, own: &mut Scratch, block: usize) {
-        let mut rest = &mut own.spectra[..];
-        for &n in &self.geometry.shapes[block].pixels {
-            if n == 0 {
-                continue;
-            }
-            let (ring, after) = rest.split_at_mut(n);
-            let fft = &self.geometry.ffts[n / 4 - 1];
-            let need = fft.get_inplace_scratch_len();
-            if own.fft.len() < need {
-                own.fft.resize(need, Alm::default());
-            }
-            fft.process_with_scratch(ring, &mut own.fft[..need]);
-            rest = after;
+    /// One sequence, in place.
+    fn fft(&self, ring: &mut [Alm], scratch: &mut Vec<Alm>) {
+        let fft = &self.geometry.ffts[ring.len() / 4 - 1];
+        let need = fft.get_inplace_scratch_len();
+        if scratch.len() < need {
+            scratch.resize(need, Alm::default());
         }
+        fft.process_with_scratch(ring, &mut scratch[..need]);
+    }
+
+    /// Where the rings of a block lie, in the north (and in its spectra) and in the south, where they come in the
+    /// opposite order and the equator is missing.
+    fn ring_places(&self, block: usize, south: usize) -> impl Iterator<Item = [Range<usize>; 2]> {
+        let pixels = &self.geometry.shapes[block].pixels;
+        let (mut start, mut end) = (0, south);
+        pixels.iter().filter(|&&n| n > 0).map(move |&n| {
+            let north = start..start + n;
+            let south = end.saturating_sub(n)..end;
+            start += n;
+            end = south.start;
+            [north, south]
+        })
     }
 
     /// Tiles (batch, channel, active block) of F_m → the pixels of one block of rings, one channel.
@@ -71,22 +79,15 @@ impl Part<'_> {
             shapes,
             &mut own.spectra,
         ));
-        self.fft(own, block);
-        // real and imaginary parts are exchanged: S + iN. Southern rings lie in the opposite order.
-        for (pixel, z) in north.iter_mut().zip(&own.spectra) {
-            *pixel = z.im;
-        }
-        let mut end = south.len();
-        let mut start = 0;
-        for &n in &shapes.pixels {
-            if n == 0 || end < n {
-                break;
-            }
-            for (pixel, z) in south[end - n..end].iter_mut().zip(&own.spectra[start..]) {
-                *pixel = z.re;
-            }
-            end -= n;
-            start += n;
+        for [n, s] in self.ring_places(block, south.len()) {
+            let ring = &mut own.spectra[n.clone()];
+            self.fft(ring, &mut own.fft);
+            sound(pixels_from_ring(
+                self.level,
+                ring,
+                &mut north[n],
+                &mut south[s],
+            ));
         }
     }
 
@@ -120,22 +121,11 @@ impl Part<'_> {
         }
         let shapes = &self.geometry.shapes[block];
         own.spectra.resize(shapes.len(), Alm::default());
-        for (pixel, z) in north.iter().zip(own.spectra.iter_mut()) {
-            *z = Complex::new(*pixel, 0.0);
+        for [n, s] in self.ring_places(block, south.len()) {
+            let ring = &mut own.spectra[n.clone()];
+            sound(ring_from_pixels(self.level, &north[n], &south[s], ring));
+            self.fft(ring, &mut own.fft);
         }
-        let mut end = south.len();
-        let mut start = 0;
-        for &n in &shapes.pixels {
-            if n == 0 || end < n {
-                break;
-            }
-            for (pixel, z) in south[end - n..end].iter().zip(&mut own.spectra[start..]) {
-                z.im = *pixel;
-            }
-            end -= n;
-            start += n;
-        }
-        self.fft(own, block);
         sound(phases_from_spectrum(
             self.level,
             &own.spectra,

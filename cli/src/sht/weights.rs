@@ -44,7 +44,7 @@ impl ShtPlan {
             for (l, a) in alm.iter_mut().enumerate() {
                 *a = Complex::new(if l % 2 == 0 { mu[l / 2] } else { 0.0 }, 0.0);
             }
-            scalar_coefficients(&alm, &epsilon, &steps, 1, 0, &mut coefficients);
+            scalar_coefficients(self.level, &alm, &epsilon, &steps, 1, 0, &mut coefficients);
             synthesis(
                 self.level,
                 &geometry.rings,

@@ -179,35 +179,37 @@ pub fn phases_from_belt_spectrum(
     Ok(())
 }
 
-/// Start of the southern partner of ring `lane`, if there is one: the rings lie in the opposite order.
+/// Start of ring `lane` of the north, or (PART 1) of its southern partner: these lie in the opposite order, and the equator
+/// has none.
 #[inline(always)]
-fn southern(len: usize, n: usize, lane: usize) -> Option<usize> {
-    len.checked_sub((lane + 1) * n)
+fn ring_start<const PART: usize>(len: usize, n: usize, lane: usize) -> Option<usize> {
+    if PART == 0 {
+        Some(lane * n)
+    } else {
+        len.checked_sub((lane + 1) * n)
+    }
 }
 
+/// North and south one after the other: sixteen rings a power of two apart are more than a set of the first-level cache
+/// has ways.
 #[inline(always)]
-fn pixels_body<L: Lanes>(
+fn pixels_body<L: Lanes, const PART: usize>(
     token: L::Token,
     data: &[Eight],
-    north: &mut [f64],
-    south: &mut [f64],
+    pixels: &mut [f64],
 ) -> Option<()> {
     let n = data.len();
     let zero = L::splat(token, 0.0);
     for (number, run) in data.chunks(8).enumerate() {
-        let (mut a, mut b) = ([zero; 8], [zero; 8]);
+        let mut rows = [zero; 8];
         for (j, x) in run.iter().enumerate().take(8) {
-            a[j] = L::load(token, &x[0]);
-            b[j] = L::load(token, &x[1]);
+            rows[j] = L::load(token, &x[PART]);
         }
-        let (a, b) = (L::transpose(token, a), L::transpose(token, b));
-        let first = 8 * number;
+        let rows = L::transpose(token, rows);
         for lane in 0..8 {
-            let at = lane * n + first;
-            a[lane].store_padded(north.get_mut(at..at + run.len())?);
-            if let Some(start) = southern(south.len(), n, lane) {
-                let at = start + first;
-                b[lane].store_padded(south.get_mut(at..at + run.len())?);
+            if let Some(start) = ring_start::<PART>(pixels.len(), n, lane) {
+                let at = start + 8 * number;
+                rows[lane].store_padded(pixels.get_mut(at..at + run.len())?);
             }
         }
     }
@@ -225,9 +227,10 @@ pub fn pixels_from_belt(
     south: &mut [f64],
 ) -> Result<(), Error> {
     check_pixels(data.len(), north.len(), south.len())?;
-    crate::dispatch!(level, |token: L| pixels_body::<L>(
-        token, data, north, south
-    ));
+    crate::dispatch!(level, |token: L| {
+        pixels_body::<L, 0>(token, data, north);
+        pixels_body::<L, 1>(token, data, south);
+    });
     Ok(())
 }
 
@@ -240,29 +243,24 @@ fn check_pixels(n: usize, north: usize, south: usize) -> Result<(), Error> {
 }
 
 #[inline(always)]
-fn load_body<L: Lanes>(
+fn load_body<L: Lanes, const PART: usize>(
     token: L::Token,
-    north: &[f64],
-    south: &[f64],
+    pixels: &[f64],
     data: &mut [Eight],
 ) -> Option<()> {
     let n = data.len();
     let zero = L::splat(token, 0.0);
     for (number, run) in data.chunks_mut(8).enumerate() {
-        let (mut a, mut b) = ([zero; 8], [zero; 8]);
-        let first = 8 * number;
+        let mut rows = [zero; 8];
         for lane in 0..8 {
-            let at = lane * n + first;
-            a[lane] = L::load_padded(token, north.get(at..at + run.len())?, 0.0);
-            if let Some(start) = southern(south.len(), n, lane) {
-                let at = start + first;
-                b[lane] = L::load_padded(token, south.get(at..at + run.len())?, 0.0);
+            if let Some(start) = ring_start::<PART>(pixels.len(), n, lane) {
+                let at = start + 8 * number;
+                rows[lane] = L::load_padded(token, pixels.get(at..at + run.len())?, 0.0);
             }
         }
-        let (a, b) = (L::transpose(token, a), L::transpose(token, b));
+        let rows = L::transpose(token, rows);
         for (j, x) in run.iter_mut().enumerate().take(8) {
-            a[j].store(&mut x[0]);
-            b[j].store(&mut x[1]);
+            rows[j].store(&mut x[PART]);
         }
     }
     Some(())
@@ -279,6 +277,9 @@ pub fn belt_from_pixels(
     data: &mut [Eight],
 ) -> Result<(), Error> {
     check_pixels(data.len(), north.len(), south.len())?;
-    crate::dispatch!(level, |token: L| load_body::<L>(token, north, south, data));
+    crate::dispatch!(level, |token: L| {
+        load_body::<L, 0>(token, north, data);
+        load_body::<L, 1>(token, south, data);
+    });
     Ok(())
 }

@@ -59,11 +59,28 @@ pub fn spin_factor_table(out: &mut [f64]) {
 /// `alm` holds l = m … of order m (missing degrees are zero), `out` (steps, channels), of which channel `channel` is
 /// written. Steps beyond `steps` or `epsilon` are left as they are.
 pub fn scalar_coefficients(
+    level: Level,
     alm: &[Complex<f64>],
     epsilon: &[f64],
     steps: &[Step],
     channels: usize,
     channel: usize,
+    out: &mut [Coefficient],
+) {
+    let place = (channels, channel);
+    crate::dispatch!(level, |token: L| scalar_body::<L>(
+        token, alm, epsilon, steps, place, out
+    ));
+}
+
+/// Plain arithmetic, which the compiler turns into vectors of the level.
+#[inline(always)]
+fn scalar_body<L: Lanes>(
+    _token: L::Token,
+    alm: &[Complex<f64>],
+    epsilon: &[f64],
+    steps: &[Step],
+    (channels, channel): (usize, usize),
     out: &mut [Coefficient],
 ) {
     let (eps, _) = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>();
@@ -77,20 +94,20 @@ pub fn scalar_coefficients(
         (None, Some(&c)) => [(c, zero, zero), (zero, zero, zero)],
         (None, None) => [(zero, zero, zero); 2],
     };
-    let triples = pairs.iter().zip(above).map(|(&[a, b], &[c, _])| (a, b, c));
-    let mut places = out
-        .chunks_exact_mut(channels.max(1))
-        .filter_map(|slot| slot.get_mut(channel))
-        .zip(steps)
-        .zip(eps);
-    for (x, ((out, step), e)) in triples.zip(places.by_ref()) {
-        *out = scalar_step(step, e, x);
+    let count = above.len();
+    let slots = out.chunks_exact_mut(channels.max(1));
+    for ((((slot, step), e), [a, b]), [c, _]) in slots.zip(steps).zip(eps).zip(pairs).zip(above) {
+        if let Some(out) = slot.get_mut(channel) {
+            *out = scalar_step(step, e, (*a, *b, *c));
+        }
     }
-    let rest = ends
-        .into_iter()
-        .chain(core::iter::repeat((zero, zero, zero)));
-    for (x, ((out, step), e)) in rest.zip(places) {
-        *out = scalar_step(step, e, x);
+    let slots = out.chunks_exact_mut(channels.max(1)).skip(count);
+    let rest = steps.iter().zip(eps).skip(count);
+    for (n, (slot, (step, e))) in slots.zip(rest).enumerate() {
+        let x = ends.get(n).copied().unwrap_or((zero, zero, zero));
+        if let Some(out) = slot.get_mut(channel) {
+            *out = scalar_step(step, e, x);
+        }
     }
 }
 
@@ -402,7 +419,7 @@ pub fn spin2_coefficients(
     ));
     for (degrees, channel) in [(q, channel), (u, channel + 1)] {
         let degrees = degrees.get(..e.len() + 2).unwrap_or(&[]);
-        scalar_coefficients(degrees, epsilon, steps, channels, channel, out);
+        scalar_coefficients(level, degrees, epsilon, steps, channels, channel, out);
     }
 }
 

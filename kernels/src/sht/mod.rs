@@ -60,7 +60,7 @@ pub use resampling::{
 };
 pub use ring_spectrum::{
     PhaseTable, PhaseTile, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
-    spectrum_from_phases,
+    pixels_from_ring, ring_from_pixels, spectrum_from_phases,
 };
 pub use rings::{RingBlock, equidistant_ring_blocks, healpix_ring, ring_block_count, ring_blocks};
 pub use synthesis::synthesis;

@@ -387,3 +387,68 @@ pub fn phases_from_spectrum(
     ));
     Ok(())
 }
+
+/// One sequence after its FFT, S + iN → the pixels of the northern and of the southern ring (empty if there is none).
+///
+/// # Errors
+/// [`Error::Length`] unless `north` and `south` are as long as `ring`, or `south` empty.
+pub fn pixels_from_ring(
+    level: Level,
+    ring: &[Complex<f64>],
+    north: &mut [f64],
+    south: &mut [f64],
+) -> Result<(), Error> {
+    check_ring(ring.len(), north.len(), south.len())?;
+    crate::dispatch!(level, |token: L| part_body::<L>(token, ring, north, south));
+    Ok(())
+}
+
+fn check_ring(ring: usize, north: usize, south: usize) -> Result<(), Error> {
+    Error::check_len("northern ring", ring, north)?;
+    if south != 0 {
+        Error::check_len("southern ring", ring, south)?;
+    }
+    Ok(())
+}
+
+#[inline(always)]
+fn part_body<L: Lanes>(
+    _token: L::Token,
+    ring: &[Complex<f64>],
+    north: &mut [f64],
+    south: &mut [f64],
+) {
+    for (z, pixel) in ring.iter().zip(north) {
+        *pixel = z.im;
+    }
+    for (z, pixel) in ring.iter().zip(south) {
+        *pixel = z.re;
+    }
+}
+
+/// Pixels of a northern and a southern ring (empty if there is none) → the sequence N + iS.
+///
+/// # Errors
+/// As in [`pixels_from_ring`].
+pub fn ring_from_pixels(
+    level: Level,
+    north: &[f64],
+    south: &[f64],
+    ring: &mut [Complex<f64>],
+) -> Result<(), Error> {
+    check_ring(ring.len(), north.len(), south.len())?;
+    crate::dispatch!(level, |token: L| join_body::<L>(token, north, south, ring));
+    Ok(())
+}
+
+#[inline(always)]
+fn join_body<L: Lanes>(_token: L::Token, north: &[f64], south: &[f64], ring: &mut [Complex<f64>]) {
+    if south.is_empty() {
+        for (z, &pixel) in ring.iter_mut().zip(north) {
+            *z = Complex::new(pixel, 0.0);
+        }
+    }
+    for ((z, &north), &south) in ring.iter_mut().zip(north).zip(south) {
+        *z = Complex::new(north, south);
+    }
+}

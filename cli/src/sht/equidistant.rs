@@ -1,6 +1,7 @@
 //! Equidistant rings for the Legendre stage, where they are fewer than those of the map.
 
 use super::plan::SPIN_POLE;
+use super::workers::room;
 use dust3d_kernels::Error;
 use dust3d_kernels::fourier::{Eight, Fourier};
 use dust3d_kernels::sht::{
@@ -100,17 +101,18 @@ impl Equidistant {
         }
     }
 
-    /// Makes room for one channel of eight orders.
-    pub(super) fn reserve(&self, room: &mut ResamplingRoom) {
-        room.reserve(&self.coarse.fourier);
-        room.reserve(&self.fine.fourier);
-        room.coarse
-            .resize(self.coarse.fourier.len(), Eight::default());
-    }
-
-    /// Points of the fine grid with its margins.
-    pub(super) fn fine_len(&self) -> usize {
-        self.fine.fourier.len() + 2 * MARGIN
+    /// Room for one channel of eight orders: equidistant rings, fine grid with its margins, scratch.
+    pub(super) fn room<'a>(
+        &self,
+        own: &'a mut ResamplingRoom,
+    ) -> (&'a mut [Eight], &'a mut [Eight], &'a mut [Eight]) {
+        let (coarse, fine) = (&self.coarse.fourier, &self.fine.fourier);
+        let scratch = coarse.scratch_len().max(fine.scratch_len());
+        (
+            room(&mut own.coarse, coarse.len()),
+            room(&mut own.fine, fine.len() + 2 * MARGIN),
+            room(&mut own.scratch, scratch),
+        )
     }
 }
 
@@ -123,14 +125,11 @@ pub(super) struct ResamplingRoom {
 }
 
 impl ResamplingRoom {
-    /// Makes room for a transform in `fine`, with margins.
-    pub(super) fn reserve(&mut self, fourier: &Fourier) {
-        let (fine, scratch) = (fourier.len() + 2 * MARGIN, fourier.scratch_len());
-        if self.fine.len() < fine {
-            self.fine.resize(fine, Eight::default());
-        }
-        if self.scratch.len() < scratch {
-            self.scratch.resize(scratch, Eight::default());
-        }
+    /// Room for one transform, and its scratch.
+    pub(super) fn one(&mut self, fourier: &Fourier) -> (&mut [Eight], &mut [Eight]) {
+        (
+            room(&mut self.fine, fourier.len()),
+            room(&mut self.scratch, fourier.scratch_len()),
+        )
     }
 }

@@ -16,8 +16,8 @@
 use super::equidistant::Equidistant;
 use super::orders::Orders;
 use super::plan::{Geometry, ShtPlan};
-use super::workers::share;
-use dust3d_kernels::sht::{ORDERS, PhaseBlock, PhaseTile, RingBlock};
+use super::workers::{room, share};
+use dust3d_kernels::sht::{ORDERS, RingBlock};
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;
 use std::ops::Range;
@@ -171,15 +171,6 @@ impl<'a> Iterator for ByOrder<'a> {
     }
 }
 
-/// Makes room for the tiles.
-fn reserve(tiles: &mut Vec<PhaseTile>, need: usize) -> &mut [PhaseTile] {
-    if tiles.len() < need {
-        tiles.reserve_exact(need - tiles.len());
-        tiles.resize(need, [PhaseBlock::default(); ORDERS]);
-    }
-    &mut tiles[..need]
-}
-
 impl ShtPlan {
     fn parts(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let (count, part) = (self.geometry.rings.len(), self.geometry.part);
@@ -240,7 +231,7 @@ impl ShtPlan {
                 range.clone(),
             );
             let (starts, total) = part.batch_starts();
-            let tiles = reserve(&mut self.tiles, total);
+            let tiles = room(&mut self.tiles, total);
             let mut left = &mut *tiles;
             let batches = (0..part.all_batches()).filter_map(|batch| {
                 let n = channels.count() * part.active(batch).len();
@@ -292,7 +283,7 @@ impl ShtPlan {
                 range.clone(),
             );
             let (starts, total) = part.block_starts();
-            let tiles = reserve(&mut self.tiles, total);
+            let tiles = room(&mut self.tiles, total);
             let mut left = &mut *tiles;
             let mut tasks = Vec::with_capacity(range.len() * count);
             for block in range.clone() {

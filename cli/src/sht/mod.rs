@@ -17,6 +17,7 @@
 //! Results do not depend on the number of threads. [`Harmonics`] holds the coefficients of I, Q, U together.
 
 mod analysis;
+mod batch;
 mod equidistant;
 mod group;
 mod harmonics;

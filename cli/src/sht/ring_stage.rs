@@ -1,7 +1,7 @@
 //! The ring stage: F_m for all m ↔ the pixels of a block of rings.
 
 use super::group::{Alm, Part, sound};
-use super::workers::Scratch;
+use super::workers::{Scratch, room};
 use dust3d_kernels::sht::{
     PhaseTile, belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum,
     phases_from_spectrum, pixels_from_belt, pixels_from_ring, ring_from_pixels,
@@ -14,10 +14,7 @@ impl Part<'_> {
     fn fft(&self, ring: &mut [Alm], scratch: &mut Vec<Alm>) {
         let fft = &self.geometry.ffts[ring.len() / 4 - 1];
         let need = fft.get_inplace_scratch_len();
-        if scratch.len() < need {
-            scratch.resize(need, Alm::default());
-        }
-        fft.process_with_scratch(ring, &mut scratch[..need]);
+        fft.process_with_scratch(ring, room(scratch, need));
     }
 
     /// Where the rings of a block lie, in the north (and in its spectra) and in the south, where they come in the
@@ -51,8 +48,7 @@ impl Part<'_> {
                 .push(start + channel * active.len() + (block - active.start));
         }
         if let Some(belt) = self.geometry.belt(block) {
-            own.resampling.reserve(&belt.fourier);
-            let data = &mut own.resampling.fine[..belt.fourier.len()];
+            let (data, scratch) = own.resampling.one(&belt.fourier);
             sound(belt_spectrum_from_phases(
                 self.level,
                 tiles,
@@ -61,7 +57,6 @@ impl Part<'_> {
                 &belt.fourier,
                 data,
             ));
-            let scratch = &mut own.resampling.scratch;
             sound(
                 belt.fourier
                     .backward(self.level, &belt.table, data, scratch),
@@ -70,17 +65,17 @@ impl Part<'_> {
             return;
         }
         let shapes = &self.geometry.shapes[block];
-        own.spectra.resize(shapes.len(), Alm::default());
+        let spectra = room(&mut own.spectra, shapes.len());
         sound(spectrum_from_phases(
             self.level,
             tiles,
             (&own.places, self.reach(block)),
             self.geometry.phase_table(block),
             shapes,
-            &mut own.spectra,
+            spectra,
         ));
         for [n, s] in self.ring_places(block, south.len()) {
-            let ring = &mut own.spectra[n.clone()];
+            let ring = &mut spectra[n.clone()];
             self.fft(ring, &mut own.fft);
             sound(pixels_from_ring(
                 self.level,
@@ -103,10 +98,8 @@ impl Part<'_> {
     ) {
         let scale = weights.map_or([1.0; 8], |weights| weights[block]);
         if let Some(belt) = self.geometry.belt(block) {
-            own.resampling.reserve(&belt.fourier);
-            let data = &mut own.resampling.fine[..belt.fourier.len()];
+            let (data, scratch) = own.resampling.one(&belt.fourier);
             sound(belt_from_pixels(self.level, north, south, data));
-            let scratch = &mut own.resampling.scratch;
             sound(belt.fourier.forward(self.level, &belt.table, data, scratch));
             sound(phases_from_belt_spectrum(
                 self.level,
@@ -120,15 +113,15 @@ impl Part<'_> {
             return;
         }
         let shapes = &self.geometry.shapes[block];
-        own.spectra.resize(shapes.len(), Alm::default());
+        let spectra = room(&mut own.spectra, shapes.len());
         for [n, s] in self.ring_places(block, south.len()) {
-            let ring = &mut own.spectra[n.clone()];
+            let ring = &mut spectra[n.clone()];
             sound(ring_from_pixels(self.level, &north[n], &south[s], ring));
             self.fft(ring, &mut own.fft);
         }
         sound(phases_from_spectrum(
             self.level,
-            &own.spectra,
+            spectra,
             &scale,
             self.geometry.phase_table(block),
             shapes,

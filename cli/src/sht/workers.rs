@@ -44,16 +44,13 @@ where
     });
 }
 
-/// Scratch of the adjoint's kernels, which want any length from theirs on.
-#[derive(Default)]
-pub(super) struct Lines(pub(super) Vec<Line>);
-
-impl Lines {
-    pub(super) fn reserve(&mut self, need: usize) {
-        if self.0.len() < need {
-            self.0.resize(need, Line::default());
-        }
+/// The first `need` elements, with room made for them. What is there stays and is of no consequence.
+pub(super) fn room<T: Clone + Default>(all: &mut Vec<T>, need: usize) -> &mut [T] {
+    if all.len() < need {
+        all.reserve_exact(need - all.len());
+        all.resize(need, T::default());
     }
+    &mut all[..need]
 }
 
 /// What one worker needs, grown on first use and kept.
@@ -62,10 +59,8 @@ pub(super) struct Scratch {
     /// Tables of the order in hand, where the plan does not keep them.
     pub(super) tables: super::orders::OrderTables,
     pub(super) coefficients: Vec<Coefficient>,
-    pub(super) polar_coefficients: Vec<Coefficient>,
-    pub(super) wigner_coefficients: Vec<Coefficient>,
     /// Scratch of the adjoint's kernels.
-    pub(super) lines: Lines,
+    pub(super) lines: Vec<Line>,
     pub(super) mixing: Vec<Complex<f64>>,
     /// The same with zeros around it.
     pub(super) padded: Vec<f64>,

@@ -1,0 +1,271 @@
+//! Eight orders: a_lm ↔ tiles of F_m on the rings of the map.
+//!
+//! Where the plan has equidistant rings, the stage runs on these and the resampling is its other half, while the values
+//! are in cache. Else the rings are those of the map, and the kernels work on the tiles themselves. Of a batch only blocks
+//! within the polar limit of its first order have tiles.
+
+use super::equidistant::{Equidistant, ResamplingRoom};
+use super::group::{Alm, Grid, Part, sound};
+use super::workers::{Scratch, room};
+use dust3d_kernels::fourier::Eight;
+use dust3d_kernels::sht::{
+    Layout, ORDERS, PhaseBlock, PhaseIndex, PhaseTile, RingTaps, add_to_fine, grid_from_phases,
+    phases_from_fine, phases_from_grid,
+};
+use std::ops::Range;
+
+/// Of a block without a tile.
+const NOWHERE: usize = usize::MAX;
+
+/// Where the phases of one order lie: polar blocks of all channels, then the others.
+#[derive(Clone, Copy)]
+pub(super) struct Places<'a> {
+    places: &'a [usize],
+    offset: usize,
+}
+
+impl<'a> Places<'a> {
+    /// Of so many polar entries, and of the others with channels from `divided` on times sin²θ.
+    pub(super) fn split(self, polar: usize, divided: usize) -> [PhaseIndex<'a>; 2] {
+        let (polar, main) = self.places.split_at(polar);
+        [(polar, usize::MAX), (main, divided)].map(|(places, divided)| PhaseIndex {
+            places: Some(places),
+            offset: self.offset,
+            divided,
+        })
+    }
+}
+
+impl Part<'_> {
+    /// Collects the places of (channel, block) in the order the kernels want.
+    fn places(
+        &self,
+        grid: Grid<'_>,
+        places: &mut Vec<usize>,
+        place: impl Fn(usize, usize) -> usize,
+    ) {
+        places.clear();
+        for blocks in [0..grid.polar, grid.polar..grid.rings.len()] {
+            for channel in 0..self.channels.count() {
+                places.extend(blocks.clone().map(|block| place(channel, block)));
+            }
+        }
+    }
+
+    /// Sets what the Legendre stage leaves out to zero: rings beyond the polar limit, orders beyond lmax. `step`: from an
+    /// order to the next.
+    fn clear(
+        &self,
+        grid: Grid<'_>,
+        batch: usize,
+        (places, step): (&[usize], usize),
+        out: &mut [PhaseBlock],
+    ) {
+        let count = self.channels.count();
+        let (polar, main) = places.split_at(count * grid.polar);
+        for j in 0..ORDERS {
+            let m = ORDERS * batch + j;
+            let idle = if m > self.lmax {
+                grid.rings.len()
+            } else {
+                grid.rings.partition_point(|r| r.m_limit < m)
+            };
+            for (places, blocks, idle) in [
+                (polar, grid.polar, idle.min(grid.polar)),
+                (
+                    main,
+                    grid.rings.len() - grid.polar,
+                    idle.saturating_sub(grid.polar),
+                ),
+            ] {
+                for channel in places.chunks_exact(blocks.max(1)) {
+                    for &place in &channel[..idle] {
+                        if let Some(block) = out.get_mut(place.saturating_add(j * step)) {
+                            *block = PhaseBlock::default();
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// a_lm of eight orders → tiles (channel, active block).
+    pub(super) fn batch(
+        &self,
+        own: &mut Scratch,
+        batch: usize,
+        alms: &[&[Alm]],
+        tiles: &mut [PhaseTile],
+    ) {
+        let active = self.active(batch);
+        if active.is_empty() {
+            return;
+        }
+        let grid = self.grid(batch);
+        let mut places = std::mem::take(&mut own.places);
+        if let Some(equidistant) = grid.equidistant {
+            let blocks = grid.rings.len();
+            let row = self.channels.count() * blocks;
+            let mut all = std::mem::take(&mut own.rows);
+            let rows = room(&mut all, ORDERS * row);
+            self.places(grid, &mut places, |channel, block| channel * blocks + block);
+            self.orders(own, grid, batch, alms, (&places, row), rows);
+            let taps = &equidistant.taps[active.clone()];
+            for (channel, tiles) in tiles.chunks_exact_mut(active.len()).enumerate() {
+                let rows = &rows[channel * blocks..];
+                self.refine(equidistant, &mut own.resampling, (rows, row), taps, tiles);
+            }
+            own.rows = all;
+        } else {
+            let first = active.start - self.range.start;
+            self.places(grid, &mut places, |channel, block| {
+                match block.checked_sub(first) {
+                    Some(b) => ORDERS * (channel * active.len() + b),
+                    None => NOWHERE,
+                }
+            });
+            let tiles = tiles.as_flattened_mut();
+            self.orders(own, grid, batch, alms, (&places, 1), tiles);
+        }
+        own.places = places;
+    }
+
+    /// Tiles (block, channel, batch) → a_lm of eight orders, added.
+    pub(super) fn batch_adjoint(
+        &self,
+        own: &mut Scratch,
+        batch: usize,
+        tiles: &[PhaseTile],
+        starts: &[usize],
+        alms: &mut [Vec<&mut [Alm]>],
+    ) {
+        let active = self.active(batch);
+        if active.is_empty() {
+            return;
+        }
+        let grid = self.grid(batch);
+        let tile_at = |channel: usize, block: usize| {
+            starts[block - self.range.start] + channel * self.batches(block) + batch
+        };
+        let mut places = std::mem::take(&mut own.places);
+        if let Some(equidistant) = grid.equidistant {
+            let blocks = grid.rings.len();
+            let row = self.channels.count() * blocks;
+            let mut all = std::mem::take(&mut own.rows);
+            let rows = room(&mut all, ORDERS * row);
+            for channel in 0..self.channels.count() {
+                let rows = &mut rows[channel * blocks..];
+                let tile = |block| &tiles[tile_at(channel, block)];
+                self.coarsen(
+                    equidistant,
+                    &mut own.resampling,
+                    tile,
+                    active.clone(),
+                    (rows, row),
+                );
+            }
+            self.places(grid, &mut places, |channel, block| channel * blocks + block);
+            self.orders_adjoint(own, grid, batch, (&places, row), rows, alms);
+            own.rows = all;
+        } else {
+            self.places(grid, &mut places, |channel, block| {
+                match self.range.start + block {
+                    block if block < active.start => NOWHERE,
+                    block => ORDERS * tile_at(channel, block),
+                }
+            });
+            let tiles = tiles.as_flattened();
+            self.orders_adjoint(own, grid, batch, (&places, 1), tiles, alms);
+        }
+        own.places = places;
+    }
+
+    /// The Legendre stage of the orders of a batch; `step`: from the phases of one to those of the next.
+    fn orders(
+        &self,
+        own: &mut Scratch,
+        grid: Grid<'_>,
+        batch: usize,
+        alms: &[&[Alm]],
+        (places, step): (&[usize], usize),
+        out: &mut [PhaseBlock],
+    ) {
+        self.clear(grid, batch, (places, step), out);
+        let first = ORDERS * batch;
+        for j in 0..ORDERS.min(self.lmax + 1 - first) {
+            let offset = j * step;
+            self.legendre(own, grid, first + j, alms, Places { places, offset }, out);
+        }
+    }
+
+    /// The transpose of [`orders`](Self::orders).
+    fn orders_adjoint(
+        &self,
+        own: &mut Scratch,
+        grid: Grid<'_>,
+        batch: usize,
+        (places, step): (&[usize], usize),
+        phases: &[PhaseBlock],
+        alms: &mut [Vec<&mut [Alm]>],
+    ) {
+        for (j, alms) in alms.iter_mut().enumerate() {
+            let offset = j * step;
+            let from = Places { places, offset };
+            self.legendre_adjoint(own, grid, ORDERS * batch + j, from, phases, alms);
+        }
+    }
+
+    /// F_m of one channel on the equidistant rings, `order` blocks from one order to the next → on those of the map.
+    fn refine(
+        &self,
+        equidistant: &Equidistant,
+        room: &mut ResamplingRoom,
+        (rows, order): (&[PhaseBlock], usize),
+        taps: &[RingTaps],
+        tiles: &mut [PhaseTile],
+    ) {
+        let layout = Layout { order, block: 1 };
+        let (coarse, fine, scratch) = equidistant.room(room);
+        sound(grid_from_phases(
+            self.level,
+            rows,
+            layout,
+            &equidistant.carriers,
+            0,
+            coarse,
+        ));
+        let resampling = equidistant.resampling();
+        sound(resampling.refine(self.level, coarse, fine, scratch));
+        let tiles = tiles.as_flattened_mut();
+        sound(phases_from_fine(self.level, fine, taps, tiles));
+    }
+
+    /// The transpose of [`refine`](Self::refine).
+    fn coarsen<'a>(
+        &self,
+        equidistant: &Equidistant,
+        room: &mut ResamplingRoom,
+        tile: impl Fn(usize) -> &'a PhaseTile,
+        active: Range<usize>,
+        (rows, order): (&mut [PhaseBlock], usize),
+    ) {
+        let layout = Layout { order, block: 1 };
+        let (coarse, fine, scratch) = equidistant.room(room);
+        fine.fill(Eight::default());
+        for block in active.clone() {
+            let next = tile((block + 1).min(active.end - 1));
+            let taps = &equidistant.taps[block];
+            sound(add_to_fine(self.level, tile(block), next, taps, fine));
+        }
+        let resampling = equidistant.resampling();
+        sound(resampling.coarsen(self.level, fine, coarse, scratch));
+        sound(phases_from_grid(
+            self.level,
+            coarse,
+            0,
+            &equidistant.carriers,
+            rows,
+            layout,
+        ));
+    }
+}

@@ -40,13 +40,7 @@ struct Points {
 
 impl Points {
     fn new(nside: Nside) -> Self {
-        let mut state = nside.get();
-        let mut random = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = dust3d_benches::random(nside.get());
         let theta: Vec<f64> = (0..N).map(|_| (2.0 * random() - 1.0).acos()).collect();
         let phi: Vec<f64> = (0..N).map(|_| TAU * random()).collect();
         let points = || theta.iter().zip(&phi);

@@ -11,13 +11,13 @@
 //! write FOLDER                   the last result: p0 … p7 (u64), f0 … f3 (f64), ranges (u64), map (f64)
 //! ```
 
+use dust3d_benches::best;
 use dust3d_kernels::healpix::resample::{degrade_ring, to_nested, to_ring};
 use dust3d_kernels::healpix::{Location, Nside, disc, interp, nest2ring_into, nested};
 use dust3d_kernels::healpix::{ring, ring2nest_into};
 use dust3d_kernels::simd::Level;
 use std::hint::black_box;
 use std::io::{BufRead, Write};
-use std::time::Instant;
 
 fn words(path: &str) -> Vec<u64> {
     let bytes = std::fs::read(path).expect("input file");
@@ -35,17 +35,6 @@ fn write(path: &str, words: impl Iterator<Item = u64>) {
     for word in words {
         file.write_all(&word.to_le_bytes()).expect("output file");
     }
-}
-
-/// Best of `repeats` runs in ms.
-fn best(repeats: usize, mut run: impl FnMut()) -> f64 {
-    (0..repeats)
-        .map(|_| {
-            let start = Instant::now();
-            run();
-            start.elapsed().as_secs_f64() * 1e3
-        })
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// The value of pixel p of the map: whole numbers below 2³², multiplied up and scaled without rounding.

@@ -45,7 +45,7 @@ fn thread_ms() -> Option<f64> {
     Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-6)
 }
 
-/// Best of `repeats` runs in ms; with `SHT_CPU` set, their mean CPU time instead.
+/// Best of `repeats` runs in ms after one that is not counted; with `SHT_CPU` set, their mean CPU time instead.
 fn best(repeats: usize, mut run: impl FnMut()) -> f64 {
     run();
     if std::env::var_os("SHT_CPU").is_some()
@@ -56,13 +56,7 @@ fn best(repeats: usize, mut run: impl FnMut()) -> f64 {
         }
         return (thread_ms().unwrap_or(f64::NAN) - start) / repeats as f64;
     }
-    (0..repeats)
-        .map(|_| {
-            let start = Instant::now();
-            run();
-            start.elapsed().as_secs_f64() * 1e3
-        })
-        .fold(f64::INFINITY, f64::min)
+    dust3d_benches::best(repeats, run)
 }
 
 /// What to time.
@@ -117,13 +111,8 @@ impl Request {
         if self.wants("plan") {
             self.report("plan", start.elapsed().as_secs_f64() * 1e3);
         }
-        let mut state = 1u64;
-        let mut random = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut numbers = dust3d_benches::random(1);
+        let mut random = || numbers() - 0.5;
         let (na, np) = (plan.alm_len(), plan.npix());
         let mut alm = |_| -> Vec<Alm> {
             (0..na)

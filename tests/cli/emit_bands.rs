@@ -5,6 +5,7 @@
 use crate::shell::Shell;
 use dust3d::io::{Bandpass, MapSource};
 use dust3d::kernels::units::Unit;
+use dust3d_tests::random::Random;
 use std::path::Path;
 
 fn run() -> Shell {
@@ -195,13 +196,8 @@ fn damaged_instrument_models_give_a_sentence() {
     let sound = std::fs::read(path).expect("the file");
     let dir = tempfile::tempdir().expect("a directory");
     let spec = dir.path().join("x.fits[BANDPASS_030]");
-    let mut state = 20_181_103_u64;
-    let mut below = |bound: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % bound
-    };
+    let mut random = Random(20_181_103);
+    let mut below = |bound: usize| random.below(bound);
     let mut refused = 0;
     for _ in 0..1000 {
         let mut bytes = sound.clone();

@@ -9,6 +9,7 @@ use dust3d::kernels::Complex;
 use dust3d::kernels::healpix::missing::MISSING;
 use dust3d::kernels::healpix::{Nside, nest2ring};
 use dust3d::kernels::units::Unit;
+use dust3d_tests::random::Random;
 use std::path::{Path, PathBuf};
 
 const NPIX: usize = 192;
@@ -409,15 +410,11 @@ fn short_files_are_refused() {
 }
 
 /// A generator of reproducible damage.
-struct Damage(u64);
+struct Damage(Random);
 
 impl Damage {
     fn below(&mut self, bound: usize) -> usize {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % bound
+        self.0.below(bound)
     }
 
     /// One of: bits flipped, bytes replaced by characters of headers, cards exchanged, the end or a middle missing.
@@ -456,7 +453,7 @@ impl Damage {
 
 #[test]
 fn damaged_files_give_a_sentence() {
-    let mut damage = Damage(20_181_103);
+    let mut damage = Damage(Random(20_181_103));
     let mut refused = 0;
     for name in [
         "iqu_f32.fits",
@@ -789,7 +786,7 @@ fn names_of_maps_and_selections() {
 #[test]
 fn damaged_npy_files_give_a_sentence() {
     let bytes = std::fs::read(data("iqu.npy")).expect("the file");
-    let mut damage = Damage(7);
+    let mut damage = Damage(Random(7));
     for _ in 0..1000 {
         let changed = damage.apply(&bytes);
         let len = changed.len() as u64;

@@ -4,6 +4,7 @@ use crate::properties::assert_raw_map;
 use crate::shell::Shell;
 use dust3d::config::Dtype;
 use dust3d::kernels::healpix::missing::MISSING;
+use dust3d_tests::random::Random;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -114,17 +115,11 @@ fn diff_measures_and_judges() {
 
 /// a_lm of a few degrees, in healpy's order.
 fn coefficients(lmax: usize, seed: u64) -> Vec<[f64; 2]> {
-    let mut state = seed;
-    let mut draw = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut random = Random(seed);
     let mut alm = Vec::new();
     for m in 0..=lmax {
         for l in m..=lmax {
-            let (re, im) = (draw(), draw());
+            let (re, im) = (0.5 * random.next(), 0.5 * random.next());
             alm.push(if l < 2 {
                 [0.0; 2]
             } else {

@@ -3,15 +3,11 @@
 use dust3d::kernels::Complex;
 use dust3d::kernels::sht::alm;
 use dust3d::sht::rotate_alms;
+use dust3d_tests::random::Random;
 
 fn coefficients(lmax: usize, seed: u64) -> Vec<Complex<f64>> {
-    let mut state = seed;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut random = Random(seed);
+    let mut next = || 0.5 * random.next();
     (0..alm::len(lmax))
         // m = 0 is real: the first lmax + 1.
         .map(|index| Complex::new(next(), if index <= lmax { 0.0 } else { next() }))

@@ -4,6 +4,7 @@ use dust3d_kernels::Complex;
 use dust3d_kernels::fourier::{Eight, Fourier};
 use dust3d_kernels::sht::Aligned;
 use dust3d_kernels::simd::Level;
+use dust3d_tests::random::Random;
 use dust3d_tests::tolerance;
 
 /// All radices, single passes, one and several of each, primes times powers.
@@ -20,13 +21,8 @@ fn levels() -> Vec<Level> {
 }
 
 fn pseudo_random(n: usize) -> Vec<Eight> {
-    let mut state = 7u64;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-    };
+    let mut random = Random(7);
+    let mut next = || 0.5 * random.next();
     (0..n)
         .map(|_| {
             let mut x = Eight::default();

@@ -4,19 +4,8 @@ use dust3d_kernels::Complex;
 use dust3d_kernels::fourier::{Eight, Fourier};
 use dust3d_kernels::sht::*;
 use dust3d_kernels::simd::Level;
+use dust3d_tests::random::Random;
 use dust3d_tests::tolerance;
-
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
 
 struct Ready {
     lmax: usize,

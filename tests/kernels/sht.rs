@@ -3,6 +3,7 @@
 use dust3d_kernels::Complex;
 use dust3d_kernels::sht::*;
 use dust3d_kernels::simd::Level;
+use dust3d_tests::random::Random;
 use dust3d_tests::reference::rows;
 use dust3d_tests::tolerance;
 
@@ -138,14 +139,10 @@ fn unit(len: usize, at: usize) -> Vec<Complex<f64>> {
 }
 
 fn pseudo_random(len: usize, seed: u64) -> Vec<Complex<f64>> {
-    let mut state = seed;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (0..len).map(|_| Complex::new(next(), next())).collect()
+    let mut random = Random(seed);
+    (0..len)
+        .map(|_| Complex::new(random.next(), random.next()))
+        .collect()
 }
 
 /// λ_lm, X1, X2 at l to 8192 and colatitudes to 1e-11, relative to √((2l+1)/4π), which they never exceed by much.

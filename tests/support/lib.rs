@@ -3,6 +3,7 @@
 pub mod cap;
 pub mod healpix;
 pub mod mbb_fit;
+pub mod random;
 pub mod reference;
 pub mod sightline;
 pub mod tolerance;

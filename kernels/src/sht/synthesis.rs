@@ -319,36 +319,27 @@ pub fn synthesis(
     }
     let steps = steps.get(..count).unwrap_or(&[]);
     macro_rules! enter {
-        ($channels:literal, $wide:literal, $narrow:literal) => {{
+        ($channels:literal, $blocks:literal) => {{
             let coefficients = coefficients.as_chunks::<$channels>().0;
-            if level.name() == "avx512" {
-                $crate::dispatch!(level, |token: L| synthesis_body::<L, $wide, $channels>(
-                    token,
-                    rings,
-                    m,
-                    norm,
-                    steps,
-                    coefficients,
-                    (index, out)
-                ));
-            } else {
-                $crate::dispatch!(level, |token: L| synthesis_body::<L, $narrow, $channels>(
-                    token,
-                    rings,
-                    m,
-                    norm,
-                    steps,
-                    coefficients,
-                    (index, out)
-                ));
-            }
+            crate::dispatch!(level, |token: L| synthesis_body::<L, $blocks, $channels>(
+                token,
+                rings,
+                m,
+                norm,
+                steps,
+                coefficients,
+                (index, out)
+            ));
         }};
     }
-    match channels {
-        0 => {}
-        1 => enter!(1, 3, 1),
-        2 => enter!(2, 2, 1),
-        3 => enter!(3, 2, 1),
+    match (channels, level.name() == "avx512") {
+        (0, _) => {}
+        (1, true) => enter!(1, 3),
+        (1, false) => enter!(1, 1),
+        (2, true) => enter!(2, 2),
+        (2, false) => enter!(2, 1),
+        (3, true) => enter!(3, 2),
+        (3, false) => enter!(3, 1),
         _ => {
             return Err(Error::Domain {
                 what: "channels, at most 3",

@@ -4,6 +4,7 @@ use dust3d_kernels::healpix::{Location, NO_PIXEL, Nside, disc, nested, ring};
 use dust3d_kernels::healpix::{nest2ring, nest2ring_into, ring2nest, ring2nest_into};
 use dust3d_kernels::simd::Level;
 use dust3d_tests::healpix::{assert_direction, assert_pixel, distance};
+use dust3d_tests::random::Random;
 use proptest::prelude::*;
 
 /// Any Nside, small ones and powers of two more often than not.
@@ -95,13 +96,7 @@ fn slices_of(planes: &mut [Vec<u64>; 8]) -> [&mut [u64]; 8] {
 /// caps and of the borders of faces among them, at powers of two and other Nside.
 #[test]
 fn levels_agree_random_pixels() {
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        state >> 11
-    };
+    let mut random = Random(1);
     for n in (0..30)
         .map(|k| 1 << k)
         .chain([3, 7, 100, 1000, 5_000, (1 << 22) - 1])
@@ -109,7 +104,7 @@ fn levels_agree_random_pixels() {
         let nside = Nside::new(n).unwrap();
         let pixels: Vec<u64> = (0..1003)
             .map(|k| {
-                let pixel = (random() >> (k % 40)) % nside.npix();
+                let pixel = (random.bits() >> (k % 40)) % nside.npix();
                 // A third from the end; a third on the borders of faces, in NESTED order.
                 match k % 3 {
                     0 => pixel,

@@ -3,18 +3,12 @@
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::healpix::{Nside, interp, nest2ring, resample, ring, ring2nest};
 use dust3d_kernels::simd::Level;
+use dust3d_tests::random::Random;
 
 /// Values in (−1, 1), the same on every run.
 fn noise(nside: Nside) -> Vec<f64> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    (0..nside.npix())
-        .map(|_| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        })
-        .collect()
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    (0..nside.npix()).map(|_| random.next()).collect()
 }
 
 fn with_holes(nside: Nside) -> Vec<f64> {

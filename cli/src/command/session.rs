@@ -13,10 +13,12 @@ pub(super) struct Session {
 
 impl Session {
     pub(super) fn new(quiet: bool, threads: Option<usize>) -> Result<Self> {
+        #[expect(clippy::disallowed_methods, reason = "the one variable there is")]
+        let simd = std::env::var("DUST3D_SIMD").ok();
         Ok(Self {
             quiet,
             threads,
-            level: level_from(std::env::var("DUST3D_SIMD").ok().as_deref())?,
+            level: level_from(simd.as_deref())?,
         })
     }
 

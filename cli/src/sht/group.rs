@@ -270,9 +270,6 @@ impl ShtPlan {
         maps: &[&[f64]],
         alms: &mut [&mut [Alm]],
     ) {
-        for a in alms.iter_mut() {
-            a.fill(Alm::default());
-        }
         let count = channels.count();
         let mut rest: Vec<&[f64]> = maps.to_vec();
         for range in self.parts() {
@@ -310,7 +307,14 @@ impl ShtPlan {
                 lmax: self.lmax,
                 m: 0,
             };
+            let first = range.start == 0;
             share(&mut self.workers, orders, |own, (batch, mut alms)| {
+                if first {
+                    // here, where they are in cache when the sums come
+                    alms.iter_mut()
+                        .flatten()
+                        .for_each(|a| a.fill(Alm::default()));
+                }
                 part.batch_adjoint(own, batch, tiles, &starts, &mut alms);
             });
         }

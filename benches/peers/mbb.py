@@ -6,7 +6,8 @@
 
 Builds and runs `cargo run --release -p dust3d-benches --example emission_peer`. Every round times every program once, one
 after the other; the best of all rounds counts. An evaluation is pixel x layer x frequency, I, Q and U together.
-Results are compared before anything is printed. Threads: one, and all for PySM3 (numba) and ours.
+Results are compared before anything is printed. Threads: one, and all for PySM3 (numba) and ours. What ours and numpy
+write to is there before the clock runs.
 """
 import os
 
@@ -114,22 +115,30 @@ def main():
         pysm_band = np.max(abs(peer.get_emission(TEN * u.GHz, power).value * to_rj - out) / size)
         assert band < 1e-12 and pysm_band < 1e-9, (band, pysm_band)
         ours.ask("list", 1, "best", *TEN)
-        last = np.zeros((3, npix))
-        numpy_add(layers, TEN[-1], 1.0, last)
-        assert np.max(abs(result_of(30)[-3:] - last) / size) < 1e-12
+        sums = np.zeros((len(TEN), 3, npix))
+        ten = result_of(30).reshape(sums.shape)
+        for nu, o, x in zip(TEN, sums, ten):
+            numpy_add(layers, nu, 1.0, o)
+            assert np.max(abs(x - o) / size) < 1e-12
+        del ten
+
+        def numpy_list(frequencies):
+            for nu, o in zip(frequencies, sums):
+                o.fill(0.0)
+                numpy_add(layers, nu, 1.0, o)
 
         def numpy_band():
-            out = np.zeros((3, npix))
+            sums[0].fill(0.0)
             for nu in TEN:
-                numpy_add(layers, nu, 0.1, out)
+                numpy_add(layers, nu, 0.1, sums[0])
 
         def pysm_run(threads, *arguments):
             numba.set_num_threads(threads)
             peer.get_emission(*arguments)
 
         jobs = {
-            ("one", "numpy", 1): lambda: timed(lambda: numpy_add(layers, 217.0, 1.0, np.zeros((3, npix)))),
-            ("ten", "numpy", 1): lambda: timed(lambda: [numpy_add(layers, nu, 1.0, np.zeros((3, npix))) for nu in TEN]),
+            ("one", "numpy", 1): lambda: timed(lambda: numpy_list([217.0])),
+            ("ten", "numpy", 1): lambda: timed(lambda: numpy_list(TEN)),
             ("band10", "numpy", 1): lambda: timed(numpy_band),
         }
         for threads in sorted({1, THREADS}):

@@ -14,14 +14,18 @@
 //! ```
 
 use dust3d_kernels::fit::mbb::{FitCounts, MbbFit, fit_into};
-use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_iqu};
+use dust3d_kernels::planck::mbb::{MbbLayer, MbbNode, mbb_layers_into};
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::units::NU0_GHZ;
 use std::io::{BufRead, Write};
 use std::time::Instant;
 
-/// Pixels of a chunk: all layers are added to one before the next, so that its output stays in cache.
-const CHUNK: usize = 2048;
+/// Pixels of a chunk, as in the command.
+const CHUNK: usize = dust3d::parallel::CHUNK;
+
+/// As in the command: maps are aligned, and what is freed is used again.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn read(path: &str) -> Vec<f64> {
     let bytes = std::fs::read(path).expect("input file");
@@ -79,20 +83,19 @@ fn emission(
         nodes.iter().map(std::slice::from_ref).collect()
     };
     in_chunks(out, threads, |start, maps| {
-        maps.iter_mut().for_each(|m| m.fill(0.0));
         let length = maps[0].len();
-        for layer in data.chunks_exact(5 * npix) {
-            let map = |k: usize| &layer[k * npix + start..k * npix + start + length];
-            mbb_add_iqu(
-                level,
-                &bands,
-                [map(0), map(1), map(2)],
-                map(3),
-                map(4),
-                maps,
-            )
-            .expect("lengths");
-        }
+        let layers: Vec<MbbLayer<'_, f64, 3>> = data
+            .chunks_exact(5 * npix)
+            .map(|layer| {
+                let map = |k: usize| &layer[k * npix + start..k * npix + start + length];
+                MbbLayer {
+                    templates: [map(0), map(1), map(2)],
+                    t: map(3),
+                    beta: map(4),
+                }
+            })
+            .collect();
+        mbb_layers_into(level, &bands, &layers, maps).expect("lengths");
     });
 }
 
@@ -114,13 +117,19 @@ fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let data = read(&arguments[2]);
     let npix: usize = arguments[3].parse().expect("NPIX");
-    let mut out: Vec<Vec<f64>> = vec![];
+    // Grows only: pages fresh from the system cost as much as what is computed on them.
+    let mut all: Vec<Vec<f64>> = vec![];
+    let mut used = 0;
     for line in std::io::stdin().lock().lines() {
         let line = line.expect("stdin");
         let words: Vec<&str> = line.split_whitespace().collect();
         let answer = match words.as_slice() {
             ["write", path] => {
-                let bytes: Vec<u8> = out.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+                let bytes: Vec<u8> = all[..used]
+                    .iter()
+                    .flatten()
+                    .flat_map(|x| x.to_le_bytes())
+                    .collect();
                 std::fs::write(path, bytes).expect("output file");
                 "{}".to_owned()
             }
@@ -132,16 +141,17 @@ fn main() {
                     Level::by_name(level).expect("LEVEL")
                 };
                 let nu: Vec<f64> = nu.iter().map(|x| x.parse().expect("NU")).collect();
-                let maps = match *job {
+                used = match *job {
                     "list" => 3 * nu.len(),
                     _ => 3,
                 };
-                out.resize_with(maps, || vec![0.0; npix]);
+                all.resize_with(used.max(all.len()), || vec![0.0; npix]);
+                let out = &mut all[..used];
                 let start = Instant::now();
                 let counts = match *job {
-                    "fit" => Some(fit(&data, npix, threads, level, &mut out)),
+                    "fit" => Some(fit(&data, npix, threads, level, out)),
                     _ => {
-                        emission(&data, npix, *job == "band", threads, level, &nu, &mut out);
+                        emission(&data, npix, *job == "band", threads, level, &nu, out);
                         None
                     }
                 };

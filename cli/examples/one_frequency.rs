@@ -1,4 +1,4 @@
-//! Makes a run of the built-in sky, or opens one, and evaluates it at one frequency, layer by layer.
+//! Makes a run of the built-in sky, or opens one, and evaluates it at one frequency.
 //!
 //! `cargo run --release -p dust3d --example one_frequency -- [RUN] [GHz]`
 
@@ -7,7 +7,8 @@ use dust3d::io::{Run, RunDir};
 use dust3d::kernels::simd::Level;
 use dust3d::kernels::units::Unit;
 use dust3d::progress::Silent;
-use dust3d::stages::emission::{Law, Layer, Stokes, add_layers, monochromatic};
+use dust3d::replay::emission;
+use dust3d::stages::emission::{Model, monochromatic};
 use dust3d::{Error, pipeline};
 use std::path::{Path, PathBuf};
 
@@ -27,24 +28,21 @@ fn main() -> Result<(), Error> {
         .unwrap_or(150.0);
 
     let run = Run::open(&dir)?;
-    let npix = 12 * (run.manifest.nside as usize).pow(2);
-    let mut sky: [Stokes; 1] = [[vec![0.0; npix], vec![0.0; npix], vec![0.0; npix]]];
-    for number in 1..=run.manifest.layers.unwrap_or(0) {
-        let map = |stem: &str| Ok::<_, Error>(run.map(&format!("{stem}_{number}"))?.values);
-        let (i, q, u) = (
-            map("templates/I")?,
-            map("templates/Q")?,
-            map("templates/U")?,
-        );
-        let (t, beta) = (map("laws/T")?, map("laws/beta")?);
-        let layer = Layer {
-            stokes: [&i, &q, &u],
-            law: Law::Maps { t: &t, beta: &beta },
-        };
-        // MJy/sr; a band is a list of frequencies with weights.
-        add_layers(Level::detect(), &[monochromatic(ghz)?], &[layer], &mut sky)?;
-    }
-    let [[i, q, u]] = &sky;
+    // MJy/sr; a band is a list of frequencies with weights.
+    let bands = [monochromatic(ghz)?];
+    let mut read = Vec::new();
+    let sky = emission(
+        &run,
+        Model::ThreeD,
+        &bands,
+        Level::detect(),
+        &mut read,
+        || {},
+    )?;
+    let [[i, q, u]] = sky.as_slice() else {
+        unreachable!("one band");
+    };
+    let npix = i.len();
     let to_uk = Unit::MicroKCmb.from_mjysr(ghz)?;
     let rms = |map: &[f64]| (map.iter().map(|x| x * x).sum::<f64>() / npix as f64).sqrt() * to_uk;
     println!(

@@ -7,10 +7,11 @@ use crate::io::run::MapStream;
 use crate::kernels::healpix::missing::is_missing;
 use crate::kernels::planck::mbb::MbbNode;
 use crate::kernels::simd::Level;
-use crate::stages::emission::{Law, Layer, Model, Stokes, add_layers};
+use crate::stages::emission::{Law, Layer, Model, Stokes, blank, layers_into};
 use crate::stages::laws::sky::mean_std;
 use crate::store::slabs;
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 
 /// A layer with its law, read from the run.
 pub struct LayerMaps {
@@ -50,10 +51,28 @@ impl LayerMaps {
             },
         }
     }
+
+    /// Puts the next pixels at the end.
+    fn append(&mut self, next: &Self) {
+        for (map, piece) in self.stokes.iter_mut().zip(&next.stokes) {
+            map.extend_from_slice(piece);
+        }
+        if let (
+            LawMaps::Maps { t, beta },
+            LawMaps::Maps {
+                t: next_t,
+                beta: next_beta,
+            },
+        ) = (&mut self.law, &next.law)
+        {
+            t.extend_from_slice(next_t);
+            beta.extend_from_slice(next_beta);
+        }
+    }
 }
 
-/// Gives every layer of `model` to `visit`: those of the run, or their sum for [`Model::TwoD`]. What was read is added to
-/// `inputs`; `step` is called after each layer of the run.
+/// Gives every layer of `model` to `visit`, whole: those of the run, or their sum for [`Model::TwoD`]. What was read is
+/// added to `inputs`; `step` is called after each layer of the run.
 ///
 /// # Errors
 /// A file that is not there, or not as it was when the run was made; or what `visit` fails with.
@@ -64,47 +83,29 @@ pub fn each_layer(
     mut step: impl FnMut(),
     mut visit: impl FnMut(&LayerMaps) -> Result<()>,
 ) -> Result<()> {
-    let mut read = |stem: String| -> Result<Vec<f64>> {
-        inputs.push(input_record(run, &stem)?);
-        Ok(run.map(&stem)?.values)
+    let numbers = 1..=run.layers();
+    let groups: Vec<RangeInclusive<usize>> = match model {
+        Model::ThreeD | Model::Uniform => numbers.map(|number| number..=number).collect(),
+        Model::TwoD => vec![numbers],
     };
-    let mut sum: Option<Stokes> = None;
-    for number in 1..=run.layers() {
-        let mut stokes: Stokes = std::array::from_fn(|_| Vec::new());
-        for (letter, map) in ["I", "Q", "U"].into_iter().zip(&mut stokes) {
-            *map = read(format!("templates/{letter}_{number}"))?;
+    for numbers in groups {
+        let mut stream = LayerStream::open(run, model, numbers.clone(), inputs)?;
+        let mut whole: Option<LayerMaps> = None;
+        for slab in slabs(run.npix()) {
+            for piece in stream.next(slab.len())? {
+                match &mut whole {
+                    None => whole = Some(piece),
+                    Some(whole) => whole.append(&piece),
+                }
+            }
         }
-        let law = match model {
-            Model::ThreeD => LawMaps::Maps {
-                t: read(format!("laws/T_{number}"))?,
-                beta: read(format!("laws/beta_{number}"))?,
-            },
-            Model::Uniform => {
-                let (t, beta) = uniform_law(run, number)?;
-                LawMaps::Uniform { t, beta }
-            }
-            Model::TwoD => {
-                add_to(&mut sum, stokes);
-                step();
-                continue;
-            }
-        };
-        visit(&LayerMaps { stokes, law })?;
-        step();
+        stream.finish()?;
+        if let Some(layer) = whole {
+            visit(&layer)?;
+        }
+        numbers.for_each(|_| step());
     }
-    let Some(stokes) = sum else {
-        return Ok(());
-    };
-    let (mut t, mut beta) = (
-        read("observations/T".to_owned())?,
-        read("observations/beta".to_owned())?,
-    );
-    fill_with_mean(&mut t);
-    fill_with_mean(&mut beta);
-    visit(&LayerMaps {
-        stokes,
-        law: LawMaps::Maps { t, beta },
-    })
+    Ok(())
 }
 
 fn add_to(sum: &mut Option<Stokes>, stokes: Stokes) {
@@ -161,7 +162,7 @@ fn fill_with_mean(map: &mut [f64]) {
     }
 }
 
-/// All layers of a run, slab by slab: a few megabytes at a time, however large the maps.
+/// Layers of a run, slab by slab: a few megabytes at a time, however large the maps.
 pub struct LayerStream {
     layers: Vec<([MapStream; 3], LawStream)>,
     /// For [`Model::TwoD`]: the whole T and β of the sum, and how much of them is used.
@@ -179,17 +180,22 @@ enum LawStream {
 }
 
 impl LayerStream {
-    /// Opens the maps of `model`; they are added to `inputs`.
+    /// Opens the maps of `model` in the layers `numbers`, counted from 1; they are added to `inputs`.
     ///
     /// # Errors
     /// The run does not hold one of them.
-    pub fn open(run: &Run, model: Model, inputs: &mut Vec<InputRecord>) -> Result<Self> {
+    pub fn open(
+        run: &Run,
+        model: Model,
+        numbers: RangeInclusive<usize>,
+        inputs: &mut Vec<InputRecord>,
+    ) -> Result<Self> {
         let mut open = |stem: String| -> Result<MapStream> {
             inputs.push(input_record(run, &stem)?);
             run.stream(&stem)
         };
         let mut layers = Vec::new();
-        for number in 1..=run.layers() {
+        for number in numbers {
             let stokes = [
                 open(format!("templates/I_{number}"))?,
                 open(format!("templates/Q_{number}"))?,
@@ -302,18 +308,15 @@ pub fn each_slab(
     level: Level,
     inputs: &mut Vec<InputRecord>,
     mut step: impl FnMut(),
-    mut take: impl FnMut(Vec<Stokes>) -> Result<()>,
+    mut take: impl FnMut(&[Stokes]) -> Result<()>,
 ) -> Result<()> {
-    let mut layers = LayerStream::open(run, model, inputs)?;
+    let mut layers = LayerStream::open(run, model, 1..=run.layers(), inputs)?;
+    let mut out = blank(bands.len());
     for slab in slabs(run.npix()) {
-        let mut out: Vec<Stokes> = bands
-            .iter()
-            .map(|_| std::array::from_fn(|_| vec![0.0; slab.len()]))
-            .collect();
         let layers = layers.next(slab.len())?;
         let views: Vec<Layer<'_>> = layers.iter().map(LayerMaps::view).collect();
-        add_layers(level, bands, &views, &mut out)?;
-        take(out)?;
+        layers_into(level, bands, &views, slab.len(), &mut out)?;
+        take(&out)?;
         step();
     }
     layers.finish()

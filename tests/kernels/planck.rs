@@ -3,7 +3,8 @@
 use dust3d_kernels::Error;
 use dust3d_kernels::planck::bandpass::band_weights_into;
 use dust3d_kernels::planck::mbb::{
-    MbbNode, mbb_add, mbb_add_iqu, mbb_add_stokes, mbb_add_uniform, mbb_intensity_into,
+    MbbLayer, MbbNode, mbb_add, mbb_add_iqu, mbb_add_stokes, mbb_add_uniform, mbb_intensity_into,
+    mbb_layers_into,
 };
 use dust3d_kernels::planck::{planck_mjysr, spectrum};
 use dust3d_kernels::simd::Level;
@@ -221,6 +222,90 @@ fn naive_lengths_iqu_bands() {
     }
 }
 
+/// Layers at once are layers one after the other, bit for bit, from one to more than are held at a time, wherever the
+/// maps begin; what was in the output does not matter.
+#[test]
+fn naive_layers_lengths_starts() {
+    let node = |nu: f64, w: f64| MbbNode::new(nu, NU0_GHZ, w).unwrap();
+    let (first, second) = ([node(143.0, 0.25), node(217.0, 0.5)], [node(857.0, 2.0)]);
+    let all: [&[MbbNode]; 3] = [&first, &[], &second];
+    let sky: Vec<_> = [3, 1, 4, 1, 5, 9, 2, 6, 5]
+        .into_iter()
+        .map(|k| {
+            let (iqu, mut t, beta) = layer(200);
+            t.iter_mut().for_each(|t| *t += 0.25 * f64::from(k));
+            t[100] = if k == 9 { f64::NAN } else { t[100] };
+            (iqu, t, beta)
+        })
+        .collect();
+    for level in Level::available() {
+        for bands in [&all[..], &all[..1], &all[1..2], &[]] {
+            for count in [0, 1, 2, 8, 9] {
+                for (start, end) in [(0, 200), (1, 200), (3, 8), (5, 70), (7, 107), (9, 9)] {
+                    let n = end - start;
+                    let layers: Vec<_> = sky[..count]
+                        .iter()
+                        .map(|(iqu, t, beta)| MbbLayer {
+                            templates: slices(iqu).map(|map| &map[start..end]),
+                            t: &t[start..end],
+                            beta: &beta[start..end],
+                        })
+                        .collect();
+                    let mut out = vec![vec![7.0; 200]; 3 * bands.len()];
+                    let mut views: Vec<_> = out.iter_mut().map(|m| &mut m[start..end]).collect();
+                    mbb_layers_into(level, bands, &layers, &mut views).unwrap();
+                    let mut one_by_one = vec![vec![0.0; n]; 3 * bands.len()];
+                    for layer in &layers {
+                        for (k, band) in bands.iter().enumerate() {
+                            for s in 0..3 {
+                                mbb_add_stokes(
+                                    level,
+                                    &[*band],
+                                    [layer.templates[s]],
+                                    layer.t,
+                                    layer.beta,
+                                    &mut [&mut one_by_one[3 * k + s]],
+                                )
+                                .unwrap();
+                            }
+                        }
+                    }
+                    for (map, expected) in out.iter().zip(&one_by_one) {
+                        let same = |(a, b): (&f64, &f64)| a == b || a.is_nan() && b.is_nan();
+                        assert!(
+                            map[start..end].iter().zip(expected).all(same),
+                            "{level} {count} {start} {end}"
+                        );
+                        assert!(map[..start].iter().chain(&map[end..]).all(|x| *x == 7.0));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn levels_agree_mbb_layers() {
+    let (iqu, t, beta) = layer(75);
+    let layers = [MbbLayer {
+        templates: slices(&iqu),
+        t: &t,
+        beta: &beta,
+    }; 3];
+    let nodes = [30.0, 143.0, 857.0].map(|nu| [MbbNode::new(nu, NU0_GHZ, 1.5).unwrap()]);
+    let bands = nodes.each_ref().map(<[_; 1]>::as_slice);
+    let fused = Level::available().filter(|level| level.name() != "portable");
+    let results: Vec<_> = fused
+        .map(|level| {
+            let mut out = vec![vec![0.0; 75]; 9];
+            let mut views: Vec<_> = out.iter_mut().map(Vec::as_mut_slice).collect();
+            mbb_layers_into(level, &bands, &layers, &mut views).unwrap();
+            out
+        })
+        .collect();
+    assert!(results.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
 #[test]
 fn reference_frequency_is_exact() {
     let node = [MbbNode::new(NU0_GHZ, NU0_GHZ, 1.0).unwrap()];
@@ -328,6 +413,17 @@ fn bad_arguments_are_errors() {
     }
     assert!(mbb_add_stokes(level, &[&[node]], [&x], &x, &x, &mut []).is_err());
     assert!(mbb_add_stokes(level, &[&[node, other]], [&x], &x, &x, &mut [&mut out]).is_err());
+    let layer = |n: usize| MbbLayer {
+        templates: [&x[..n]],
+        t: &x,
+        beta: &x,
+    };
+    for (layers, outputs) in [([layer(4), layer(3)], 1), ([layer(4); 2], 0)] {
+        let mut maps = [&mut out[..]];
+        let views = &mut maps[..outputs];
+        assert!(mbb_layers_into(level, &[&[node]], &layers, views).is_err());
+    }
+    assert!(mbb_layers_into(level, &[&[node, other]], &[layer(4)], &mut [&mut out]).is_err());
     assert!(mbb_add_uniform(level, &[&[node]], [&x[..3]], 20.0, 1.5, &mut [&mut out]).is_err());
     assert!(MbbNode::new(0.0, NU0_GHZ, 1.0).is_err());
     assert!(MbbNode::new(353.0, f64::INFINITY, 1.0).is_err());

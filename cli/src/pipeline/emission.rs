@@ -11,7 +11,6 @@ use crate::stages::regrid;
 use crate::store::{Stored, slabs};
 use dust3d_kernels::healpix::missing::{MISSING, is_missing};
 use dust3d_kernels::healpix::{Nside, ring};
-use dust3d_kernels::planck::mbb::MbbNode;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -40,6 +39,7 @@ impl Realisation<'_> {
         let mean_beta = mean(&self.base.beta)?;
         let mut sum: Stokes = std::array::from_fn(|_| vec![0.0; npix]);
         let mut fitted = FittedPixels::new(nside)?;
+        let mut maps = emission::blank(bands.len());
         for slab in slabs(npix) {
             let layers = templates
                 .iter()
@@ -80,7 +80,7 @@ impl Realisation<'_> {
                             law: Law::Maps { t: &t, beta: &beta },
                         }],
                     };
-                    let maps = emit(level, &bands, &seen, slab.len())?;
+                    emission::layers_into(level, &bands, &seen, slab.len(), &mut maps)?;
                     // Files side by side: writing takes longer than computing.
                     let maps: Vec<&Vec<f64>> = maps.iter().flatten().collect();
                     files
@@ -184,21 +184,6 @@ impl<'a> SlabLayer<'a> {
             beta: &self.beta,
         })
     }
-}
-
-/// I, Q, U of every band.
-fn emit(
-    level: dust3d_kernels::simd::Level,
-    bands: &[Vec<MbbNode>],
-    layers: &[Layer<'_>],
-    n: usize,
-) -> Result<Vec<Stokes>, Error> {
-    let mut out: Vec<Stokes> = bands
-        .iter()
-        .map(|_| std::array::from_fn(|_| vec![0.0; n]))
-        .collect();
-    emission::add_layers(level, bands, layers, &mut out)?;
-    Ok(out)
 }
 
 fn add(sum: &mut [f64], map: &[f64]) {

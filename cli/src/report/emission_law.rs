@@ -6,7 +6,7 @@ use super::source::Source;
 use crate::error::Result;
 use crate::kernels::healpix::missing::is_missing;
 use crate::plot::{Axis, Chart, Curve, Spread, Style};
-use crate::stages::emission::{Law, Layer, Model, Stokes, add_layers, monochromatic};
+use crate::stages::emission::{Law, Layer, Model, Stokes, layers_into, monochromatic};
 use crate::stages::laws::sky::mean_std;
 
 /// Frequencies of the law, GHz: those of Planck and IRAS, and others between.
@@ -236,12 +236,13 @@ fn by_fit(source: &Source<'_>, nu: f64) -> Result<Vec<f64>> {
         }
     }
     let stokes = source.observed.each_ref().map(Vec::as_slice);
-    let mut out: [Stokes; 1] = [std::array::from_fn(|_| vec![0.0; source.plan.npix()])];
+    let mut out = [Stokes::default()];
     let law = Law::Maps { t: &t, beta: &beta };
-    add_layers(
+    layers_into(
         source.level,
         &[monochromatic(nu)?],
         &[Layer { stokes, law }],
+        source.plan.npix(),
         &mut out,
     )?;
     let [[i, _, _]] = out;

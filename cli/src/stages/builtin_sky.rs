@@ -141,8 +141,9 @@ pub fn others(sky: &Inputs, level: Level, show: &mut Show<'_>) -> Result<(), Err
     };
     for (name, nu, polarised) in OTHERS {
         let bands = [emission::monochromatic(nu)?];
-        let mut out = [std::array::from_fn(|_| vec![0.0; layer.stokes[0].len()])];
-        emission::add_layers(level, &bands, &[layer], &mut out)?;
+        let mut out = [emission::Stokes::default()];
+        let npix = layer.stokes[0].len();
+        emission::layers_into(level, &bands, &[layer], npix, &mut out)?;
         let [[i, q, u]] = &out;
         let [name_i, name_q, name_u] = ["I", "Q", "U"].map(|stokes| format!("{stokes}_{name}"));
         let maps: [(&str, &[f64]); 3] = [(&name_i, i), (&name_q, q), (&name_u, u)];

@@ -5,7 +5,7 @@
 
 use crate::Error;
 use crate::parallel;
-use dust3d_kernels::planck::mbb::{MbbNode, mbb_add_iqu, mbb_add_uniform};
+use dust3d_kernels::planck::mbb::{MbbLayer, MbbNode, mbb_add_uniform, mbb_layers_into};
 use dust3d_kernels::simd::Level;
 use dust3d_kernels::units::NU0_GHZ;
 use serde::{Deserialize, Serialize};
@@ -78,31 +78,50 @@ pub fn monochromatic(nu_ghz: f64) -> Result<Vec<MbbNode>, Error> {
     Ok(vec![MbbNode::new(nu_ghz, NU0_GHZ, 1.0)?])
 }
 
-/// Adds the emission of layers in every band of `bands` to `out`, one I, Q, U per band.
+/// Maps for [`layers_into`], without memory as yet.
+#[must_use]
+pub fn blank(bands: usize) -> Vec<Stokes> {
+    vec![Stokes::default(); bands]
+}
+
+/// The emission of layers of `npix` pixels in every band of `bands`: one I, Q, U of `out` per band, overwritten.
 ///
-/// All layers are added to some thousand pixels before the next, so that these stay in cache.
+/// Maps of `out` are made as long as needed; give them again: pages fresh from the system cost as much as what is
+/// computed on them. Layers whose laws are maps are summed first, then those of one law for the whole sky, each in
+/// their order.
 ///
 /// # Errors
 /// Those of the kernels (lengths, a temperature that is not positive).
-pub fn add_layers(
+pub fn layers_into(
     level: Level,
     bands: &[Vec<MbbNode>],
     layers: &[Layer<'_>],
+    npix: usize,
     out: &mut [Stokes],
 ) -> Result<(), Error> {
+    for map in out.iter_mut().flatten() {
+        map.resize(npix, 0.0);
+    }
     let bands: Vec<&[MbbNode]> = bands.iter().map(Vec::as_slice).collect();
     let mut maps: Vec<Vec<f64>> = out.iter_mut().flatten().map(std::mem::take).collect();
     let results = parallel::for_columns(&mut maps, |range, mut out| {
-        layers.iter().try_for_each(|layer| {
-            let stokes = layer.stokes.map(|s| &s[range.clone()]);
-            match layer.law {
-                Law::Maps { t, beta } => {
-                    let (t, beta) = (&t[range.clone()], &beta[range.clone()]);
-                    mbb_add_iqu(level, &bands, stokes, t, beta, &mut out)
-                }
-                Law::Uniform { t, beta } => {
-                    mbb_add_uniform(level, &bands, stokes, t, beta, &mut out)
-                }
+        let mapped: Vec<MbbLayer<'_, f64, 3>> = layers
+            .iter()
+            .filter_map(|layer| match layer.law {
+                Law::Maps { t, beta } => Some(MbbLayer {
+                    templates: layer.stokes.map(|map| &map[range.clone()]),
+                    t: &t[range.clone()],
+                    beta: &beta[range.clone()],
+                }),
+                Law::Uniform { .. } => None,
+            })
+            .collect();
+        mbb_layers_into(level, &bands, &mapped, &mut out)?;
+        layers.iter().try_for_each(|layer| match layer.law {
+            Law::Maps { .. } => Ok(()),
+            Law::Uniform { t, beta } => {
+                let stokes = layer.stokes.map(|map| &map[range.clone()]);
+                mbb_add_uniform(level, &bands, stokes, t, beta, &mut out)
             }
         })
     });

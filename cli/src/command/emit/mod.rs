@@ -338,9 +338,9 @@ impl Writer<'_> {
             }
         }
         let step = || progress.advance(1);
-        let take = |slab: Vec<Stokes>| {
+        let take = |slab: &[Stokes]| {
             let mut files = files.iter_mut();
-            for stokes in &slab {
+            for stokes in slab {
                 for (&k, file) in wanted.iter().zip(&mut files) {
                     file.append(&stokes[k])?;
                 }

@@ -74,6 +74,30 @@ fn naive_edges_every_operation() {
 }
 
 #[inline(always)]
+fn inverse_roots<L: Lanes>(token: L::Token, a: &[f64; 8]) -> [f64; 8] {
+    L::load(token, a).rough_inverse_sqrt().to_array()
+}
+
+#[test]
+fn naive_random_rough_inverse_sqrt() {
+    for level in Level::available() {
+        for k in 0..20_000 {
+            let x: [f64; 8] = core::array::from_fn(|i| {
+                let e = f64::from((k * 8 + i as i32) % 200 - 100);
+                (1.0 + 0.618_033_988_75 * f64::from(k) % 1.0) * e.exp2()
+            });
+            let got = dispatch!(level, |token: L| inverse_roots::<L>(token, &x));
+            for i in 0..8 {
+                let error = got[i] * x[i].sqrt() - 1.0;
+                assert!(error.abs() < 2_f64.powf(-13.9), "{level} {} {error}", x[i]);
+            }
+        }
+        let below = dispatch!(level, |token: L| inverse_roots::<L>(token, &[-1e-9; 8]));
+        assert!(below.iter().all(|x| x.is_nan()), "{level}");
+    }
+}
+
+#[inline(always)]
 fn exponents<L: Lanes>(token: L::Token, k: &[f64; 8]) -> [[f64; 8]; 3] {
     let x = L::load(token, k).exp2_int() * L::splat(token, 1.25);
     let (m, e) = x.split_exponent();

@@ -206,6 +206,22 @@ impl Lanes for Avx2Lanes {
         both!(_mm256_sqrt_pd, self)
     }
     #[inline(always)]
+    fn rough_inverse_sqrt(self) -> Self {
+        // Twelve bits in f32, squared by a step of Newton's: y + y (1 - x y²)/2.
+        // SAFETY: lanes exist only with a token; registers only.
+        #[inline(always)]
+        unsafe fn half(x: __m256d) -> __m256d {
+            // SAFETY: as above.
+            unsafe {
+                let y = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(x)));
+                let rest = _mm256_fnmadd_pd(_mm256_mul_pd(x, y), y, _mm256_set1_pd(1.0));
+                _mm256_fmadd_pd(_mm256_mul_pd(y, _mm256_set1_pd(0.5)), rest, y)
+            }
+        }
+        // SAFETY: as above.
+        unsafe { Self(half(self.0), half(self.1)) }
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         let sign = unsafe { _mm256_set1_pd(-0.0) };

@@ -152,6 +152,11 @@ impl Lanes for Avx512Lanes {
         Self(unsafe { _mm512_sqrt_pd(self.0) })
     }
     #[inline(always)]
+    fn rough_inverse_sqrt(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_rsqrt14_pd(self.0) })
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_abs_pd(self.0) })

@@ -108,6 +108,8 @@ pub trait Lanes:
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
+    /// 1/√self to within 2^-13.9 of itself, for 2^-100 … 2^100; NaN below zero, anything elsewhere. Levels differ.
+    fn rough_inverse_sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// The lesser; `other` where either is NaN.

@@ -115,6 +115,10 @@ impl Lanes for PortableLanes {
         Self(self.0.sqrt())
     }
     #[inline(always)]
+    fn rough_inverse_sqrt(self) -> Self {
+        Self(f64x8::splat(1.0) / self.0.sqrt())
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.abs())
     }

@@ -13,6 +13,7 @@
 //! a single arcsine. Nothing cancels, at the poles or at the equator.
 
 mod around;
+mod estimate;
 mod grid;
 mod place;
 mod points;
@@ -20,6 +21,7 @@ mod quads;
 mod rim;
 mod slices;
 mod stencil;
+mod zone;
 
 pub(super) use around::{nested_neighbours, ring_neighbours};
 pub(super) use points::{ang2pix, nest2ring, pix2ang, pix2vec, ring2nest, vec2pix};

@@ -1,7 +1,7 @@
 //! Discs of many pixels, ring by ring against plain arithmetic.
 
 use dust3d_kernels::healpix::layout::Ring;
-use dust3d_kernels::healpix::{Location, Nside, disc};
+use dust3d_kernels::healpix::{Location, Nside, disc, ring2nest};
 use dust3d_kernels::simd::Level;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -191,4 +191,55 @@ fn levels_agree_discs_to_centres() {
             assert!(found.iter().all(|f| *f == found[0]), "{n} {home}");
         }
     }
+}
+
+/// Discs of no, one and a few pixels in either order: at random, and about the borders and corners of the faces, where the
+/// search cannot begin beside the centre.
+#[test]
+fn orders_agree_small_discs() {
+    let mut state = 3_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let edge = (2.0_f64 / 3.0).acos();
+    let mut sizes = [0_usize; 4];
+    for order in [0, 1, 2, 3, 4, 6, 11, 20, 29] {
+        let nside = Nside::new(1 << order).unwrap();
+        let pixel = nside.resolution();
+        for k in 0..1200 {
+            let near = pixel * 3.0 * (random() - 0.5);
+            let quarter = 0.25 * PI * (8.0 * random()).floor();
+            // Meridians of the faces, parallels of their corners, and the falling edge from (⅔, 0) to (0, π/4).
+            let (theta, phi) = match k % 4 {
+                0 => (PI * random(), quarter + near),
+                1 => ([edge, 0.5 * PI, PI - edge][k % 3] + near, quarter + near),
+                2 => {
+                    let along = random();
+                    ((2.0 / 3.0 * (1.0 - along)).acos() + near, 0.25 * PI * along)
+                }
+                _ => ((2.0 * random() - 1.0).acos(), 2.0 * PI * random()),
+            };
+            let centre = Location::from_ang(theta.abs().min(PI), phi).unwrap();
+            let radius = pixel * 4.0 * random().powi(3);
+            for level in Level::available() {
+                let mut in_ring: Vec<u64> = ranges_of(level, nside, centre, radius)
+                    .into_iter()
+                    .flatten()
+                    .map(|p| ring2nest(nside, p).unwrap())
+                    .collect();
+                in_ring.sort_unstable();
+                let mut in_nested = Vec::new();
+                disc::nested_ranges(level, nside, centre, radius, Default::default(), |r| {
+                    in_nested.extend(r);
+                })
+                .unwrap();
+                assert_eq!(in_ring, in_nested, "{level} {order} {centre:?} {radius}");
+                sizes[in_ring.len().min(3)] += 1;
+            }
+        }
+    }
+    assert!(sizes.iter().all(|&n| n > 300), "{sizes:?}");
 }

@@ -58,11 +58,19 @@ pub fn nested_ranges(
     let is_plain = inclusion == Inclusion::Centres;
     let (sin, cos) = scalar::sin_cos(0.5 * radius);
     let chord2 = 4.0 * sin * sin;
-    let start = if is_plain {
-        Window::around(centre, radius).and_then(|window| Some((window, window.level(order)?)))
-    } else {
-        None
-    };
+    let mut start = None;
+    if is_plain && let Some(window) = Window::around(centre, radius) {
+        if let Some(pixel) = window.only(order) {
+            let there = location_valid(nside, pixel.to_ring(nside));
+            if chord2_between(there, centre) <= chord2 {
+                let number = pixel.to_nested(order);
+                out.push(number..number + 1);
+            }
+            out.finish();
+            return Ok(());
+        }
+        start = window.level(order).map(|level| (window, level));
+    }
     let mut near = Near {
         centre,
         turns: 0.25 * quarter_turns(centre.phi),
@@ -80,13 +88,6 @@ pub fn nested_ranges(
             near.set(level, bounds(radius, level));
         }
     }
-    let rim = Rim {
-        order,
-        deepest,
-        centre,
-        chord2,
-        outside: near.outer,
-    };
     // At the level of the map, centres decide; around them, sub-pixels do.
     let outer = if is_plain {
         chord2
@@ -94,6 +95,13 @@ pub fn nested_ranges(
         bounds(radius, order).0
     };
     near.set(order, (outer, chord2.next_up()));
+    let rim = Rim {
+        order,
+        deepest,
+        centre,
+        chord2,
+        outside: &near.outer,
+    };
     let mut leaves = Leaves { rim, out: &mut out };
     vector::quads(level, &near, &mut leaves);
     out.finish();
@@ -138,15 +146,15 @@ fn quick_bounds(sin: f64, cos: f64, level: u32) -> (f64, f64) {
 }
 
 /// Pixels whose sub-pixels decide.
-struct Rim {
+struct Rim<'a> {
     order: u32,
     deepest: u32,
     centre: Location,
     chord2: f64,
-    outside: [f64; LEVELS],
+    outside: &'a [f64; LEVELS],
 }
 
-impl Rim {
+impl Rim<'_> {
     /// Does a pixel of the map's level overlap with the disc? Its centre lies outside, but not too far.
     ///
     /// Depth first, without a stack: the next pixel of a level is the next number, and a number divisible by four means
@@ -187,7 +195,7 @@ impl Rim {
 
 /// Hands pixels on as ranges.
 struct Leaves<'a, F: FnMut(Range<u64>)> {
-    rim: Rim,
+    rim: Rim<'a>,
     out: &'a mut Emitter<F>,
 }
 

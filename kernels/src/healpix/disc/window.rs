@@ -43,6 +43,13 @@ impl Window {
         })
     }
 
+    /// The pixel of a level that holds the square, if it is one.
+    #[inline]
+    pub(super) fn only(&self, level: u32) -> Option<FacePixel> {
+        let [south, .., north] = self.corners(level);
+        (south == north).then_some(north)
+    }
+
     /// The deepest level above `order` by a multiple of three where at most 2 × 2 pixels hold the square.
     #[inline]
     pub(in super::super) fn level(&self, order: u32) -> Option<u32> {

@@ -175,9 +175,9 @@ impl Near {
         core::iter::once(first).chain((next..self.order + 1).step_by(3))
     }
 
-    /// Which of the pixels `k` levels below `at` are near.
+    /// Which of the pixels `k` levels below `at` are near; below those first opened, only the window's rows are searched.
     #[inline(always)]
-    fn open<L: Lanes>(&self, token: L::Token, at: Pixel, k: u32) -> Found {
+    fn open<L: Lanes>(&self, token: L::Token, at: Pixel, k: u32, root: bool) -> Found {
         let first = Pixel {
             level: at.level + k,
             face: at.face,
@@ -208,13 +208,12 @@ impl Near {
         let inner = L::splat(token, self.inner.get(level).copied().unwrap_or(0.0));
         let face_turns = FACE_TURNS.get(at.face as usize).copied().unwrap_or(0.0);
         let offset = L::splat(token, face_turns - self.turns);
-        // Rows of the window.
-        let [south, north] = match self.start {
-            Some((window, _)) => window.rows(first.level),
-            None => [0, u64::MAX - 1],
-        };
-        let from = south.saturating_sub(first.y).min(8);
-        let to = (north + 1).saturating_sub(first.y).min(1 << k);
+        let (mut from, mut to) = (0, 1 << k);
+        if root && let Some((window, _)) = self.start {
+            let [south, north] = window.rows(first.level);
+            from = south.saturating_sub(first.y).min(8);
+            to = (north + 1).saturating_sub(first.y).min(to);
+        }
         let mut across = L::splat(token, x - (y + from as f64)) + L::load(token, &ZERO_TO_SEVEN);
         let one = L::splat(token, 1.0);
         let (mut near, mut inside) = (0, 0);
@@ -311,7 +310,7 @@ impl Near {
                 continue;
             }
             let mut depth = 0;
-            stack[0] = self.open::<L>(token, at, first_step);
+            stack[0] = self.open::<L>(token, at, first_step, true);
             while let Some(found) = stack.get_mut(depth) {
                 if found.near == 0 {
                     if depth == 0 {
@@ -350,7 +349,7 @@ impl Near {
                 };
                 depth += 1;
                 if let Some(next) = stack.get_mut(depth) {
-                    *next = self.open::<L>(token, child, 3);
+                    *next = self.open::<L>(token, child, 3, false);
                 }
             }
         }

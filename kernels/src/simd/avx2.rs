@@ -339,9 +339,9 @@ impl Lanes for Avx2Lanes {
         (Self(m0, m1), Self(e0, e1))
     }
     #[inline(always)]
-    fn prefetch(_: Avx2Token, from: &[f64; 8]) {
+    fn prefetch<T>(_: Avx2Token, from: &T) {
         // SAFETY: a prefetch reads nothing, and the address is that of a reference.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(from).cast()) }
     }
     #[inline(always)]
     fn load_twice(_: Avx2Token, from: &[f64; 4]) -> Self {

@@ -249,9 +249,9 @@ impl Lanes for Avx512Lanes {
         }
     }
     #[inline(always)]
-    fn prefetch(_: Avx512Token, from: &[f64; 8]) {
+    fn prefetch<T>(_: Avx512Token, from: &T) {
         // SAFETY: a prefetch reads nothing, and the address is that of a reference.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(from).cast()) }
     }
     #[inline(always)]
     fn load_twice(_: Avx512Token, from: &[f64; 4]) -> Self {

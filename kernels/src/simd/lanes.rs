@@ -55,9 +55,9 @@ pub trait Lanes:
     fn load_f32(token: Self::Token, from: &[f32; 8]) -> Self;
     /// Eight values to memory.
     fn store(self, to: &mut [f64; 8]);
-    /// Asks for the cache line of a value that will be loaded soon.
+    /// Asks for the cache line where a value begins that will be loaded soon.
     #[inline(always)]
-    fn prefetch(_token: Self::Token, _from: &[f64; 8]) {}
+    fn prefetch<T>(_token: Self::Token, _from: &T) {}
     /// All lanes as an array.
     #[inline(always)]
     fn to_array(self) -> [f64; 8] {

@@ -288,6 +288,16 @@ impl Lanes for Avx2Lanes {
         }
     }
     #[inline(always)]
+    fn words_lt(a: Avx2Bits, b: Avx2Bits) -> Avx2Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            Avx2Mask(
+                _mm256_castsi256_pd(_mm256_cmpgt_epi64(b.0, a.0)),
+                _mm256_castsi256_pd(_mm256_cmpgt_epi64(b.1, a.1)),
+            )
+        }
+    }
+    #[inline(always)]
     fn exp2_int(self) -> Self {
         // 2^52 + 2^51 + k holds k + 2^51 in its low mantissa bits: AVX2 has no f64 → i64 conversion.
         // SAFETY: lanes exist only with a token; registers only.
@@ -530,15 +540,59 @@ impl Bits for Avx2Bits {
         }
     }
     #[inline(always)]
-    fn spread_bytes(self) -> Self {
+    fn shl_by(self, count: u32) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
-        let places = unsafe {
-            _mm256_broadcastsi128_si256(_mm_setr_epi8(
-                0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15,
-            ))
-        };
-        let places = Self(places, places);
-        both!(_mm256_shuffle_epi8, self, places)
+        unsafe {
+            let count = _mm_cvtsi32_si128(count.cast_signed());
+            Self(
+                _mm256_sll_epi64(self.0, count),
+                _mm256_sll_epi64(self.1, count),
+            )
+        }
+    }
+    #[inline(always)]
+    fn shr_by(self, count: u32) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            let count = _mm_cvtsi32_si128(count.cast_signed());
+            Self(
+                _mm256_srl_epi64(self.0, count),
+                _mm256_srl_epi64(self.1, count),
+            )
+        }
+    }
+    #[inline(always)]
+    fn mul_low(self, other: Self) -> Self {
+        both!(_mm256_mul_epu32, self, other)
+    }
+    #[inline(always)]
+    fn interleave(self, odd: Self) -> Self {
+        // Bytes apart, nibbles to bytes of their own, and these from a table of spread bits.
+        // SAFETY: lanes exist only with a token; registers only.
+        #[inline(always)]
+        unsafe fn half(even: __m256i, odd: __m256i) -> __m256i {
+            // SAFETY: as above.
+            unsafe {
+                let apart = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                    0, -1, 1, -1, 2, -1, 3, -1, 8, -1, 9, -1, 10, -1, 11, -1,
+                ));
+                let table = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                    0, 1, 4, 5, 16, 17, 20, 21, 64, 65, 68, 69, 80, 81, 84, 85,
+                ));
+                let low = _mm256_set1_epi8(15);
+                let (even, odd) = (
+                    _mm256_shuffle_epi8(even, apart),
+                    _mm256_shuffle_epi8(odd, apart),
+                );
+                let even = _mm256_or_si256(even, _mm256_slli_epi64::<4>(even));
+                let odd = _mm256_or_si256(odd, _mm256_slli_epi64::<4>(odd));
+                let even = _mm256_shuffle_epi8(table, _mm256_and_si256(even, low));
+                let odd = _mm256_shuffle_epi8(table, _mm256_and_si256(odd, low));
+                _mm256_or_si256(even, _mm256_add_epi64(odd, odd))
+            }
+        }
+        // SAFETY: as above.
+        unsafe { Self(half(self.0, odd.0), half(self.1, odd.1)) }
     }
     #[inline(always)]
     fn unspread_bytes(self) -> Self {

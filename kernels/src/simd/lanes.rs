@@ -146,6 +146,13 @@ pub trait Lanes:
     fn from_bits(bits: Self::Bits) -> Self;
     /// Which words are zero.
     fn is_zero(bits: Self::Bits) -> Self::Mask;
+    /// Words below 2^63: `a < b`.
+    fn words_lt(a: Self::Bits, b: Self::Bits) -> Self::Mask;
+    /// Where the mask is set `yes`, elsewhere `no`.
+    #[inline(always)]
+    fn select_words(mask: Self::Mask, yes: Self::Bits, no: Self::Bits) -> Self::Bits {
+        Self::select(mask, Self::from_bits(yes), Self::from_bits(no)).to_bits()
+    }
     /// Whole numbers below 2^52 as f64.
     #[inline(always)]
     fn from_whole(token: Self::Token, whole: Self::Bits) -> Self {
@@ -243,23 +250,22 @@ pub trait Bits:
     fn shl<const N: u32>(self) -> Self;
     /// Shifted towards the low bits by N < 64, zeros coming in.
     fn shr<const N: u32>(self) -> Self;
+    /// Shifted towards the high bits by `count` < 64.
+    fn shl_by(self, count: u32) -> Self;
+    /// Shifted towards the low bits by `count` < 64, zeros coming in.
+    fn shr_by(self, count: u32) -> Self;
+    /// The product of the low halves.
+    fn mul_low(self, other: Self) -> Self;
     /// self ^ a ^ b.
     #[inline(always)]
     fn xor3(self, a: Self, b: Self) -> Self {
         self ^ a ^ b
     }
-    /// Bytes 0 … 7 of every lane to places 0, 2, 4, 6, 1, 3, 5, 7.
-    fn spread_bytes(self) -> Self;
-    /// The inverse of [`spread_bytes`](Self::spread_bytes).
+    /// Bytes 0, 2, 4, 6, 1, 3, 5, 7 of every lane to places 0 … 7.
     fn unspread_bytes(self) -> Self;
+    /// The low half of every lane to its even bits, that of `odd` to its odd bits; the high halves are zero.
+    fn interleave(self, odd: Self) -> Self;
 
-    /// The low half of every lane to its even bits, the high half to its odd bits.
-    #[inline(always)]
-    fn interleave(self, token: Self::Token) -> Self {
-        let v = swap_bits::<Self, 4>(token, self.spread_bytes(), 0x00f0_00f0_00f0_00f0);
-        let v = swap_bits::<Self, 2>(token, v, 0x0c0c_0c0c_0c0c_0c0c);
-        swap_bits::<Self, 1>(token, v, 0x2222_2222_2222_2222)
-    }
     /// The even bits of every lane to its low half, the odd bits to its high half.
     #[inline(always)]
     fn deinterleave(self, token: Self::Token) -> Self {

@@ -76,7 +76,7 @@ pub(super) struct Estimate<L: Lanes> {
 
 /// √x and 1/√x, to a relative error of 5/16 e³ with e < 2^−12.9, or a few roundings if `fine`.
 #[inline(always)]
-fn roots<L: Lanes>(token: L::Token, x: L, fine: bool) -> (L, L) {
+pub(super) fn roots<L: Lanes>(token: L::Token, x: L, fine: bool) -> (L, L) {
     let rough = x.rough_inverse_sqrt();
     let root = x * rough;
     // (1 − e)^(−1/2) = 1 + e (1/2 + 3/8 e + 5/16 e² + …)

@@ -540,26 +540,12 @@ impl Bits for Avx2Bits {
         }
     }
     #[inline(always)]
-    fn shl_by(self, count: u32) -> Self {
-        // SAFETY: lanes exist only with a token; registers only.
-        unsafe {
-            let count = _mm_cvtsi32_si128(count.cast_signed());
-            Self(
-                _mm256_sll_epi64(self.0, count),
-                _mm256_sll_epi64(self.1, count),
-            )
-        }
+    fn shl_by(self, count: Self) -> Self {
+        both!(_mm256_sllv_epi64, self, count)
     }
     #[inline(always)]
-    fn shr_by(self, count: u32) -> Self {
-        // SAFETY: lanes exist only with a token; registers only.
-        unsafe {
-            let count = _mm_cvtsi32_si128(count.cast_signed());
-            Self(
-                _mm256_srl_epi64(self.0, count),
-                _mm256_srl_epi64(self.1, count),
-            )
-        }
+    fn shr_by(self, count: Self) -> Self {
+        both!(_mm256_srlv_epi64, self, count)
     }
     #[inline(always)]
     fn mul_low(self, other: Self) -> Self {
@@ -579,6 +565,7 @@ impl Bits for Avx2Bits {
                 let table = _mm256_broadcastsi128_si256(_mm_setr_epi8(
                     0, 1, 4, 5, 16, 17, 20, 21, 64, 65, 68, 69, 80, 81, 84, 85,
                 ));
+                let double = _mm256_add_epi8(table, table);
                 let low = _mm256_set1_epi8(15);
                 let (even, odd) = (
                     _mm256_shuffle_epi8(even, apart),
@@ -587,8 +574,8 @@ impl Bits for Avx2Bits {
                 let even = _mm256_or_si256(even, _mm256_slli_epi64::<4>(even));
                 let odd = _mm256_or_si256(odd, _mm256_slli_epi64::<4>(odd));
                 let even = _mm256_shuffle_epi8(table, _mm256_and_si256(even, low));
-                let odd = _mm256_shuffle_epi8(table, _mm256_and_si256(odd, low));
-                _mm256_or_si256(even, _mm256_add_epi64(odd, odd))
+                let odd = _mm256_shuffle_epi8(double, _mm256_and_si256(odd, low));
+                _mm256_or_si256(even, odd)
             }
         }
         // SAFETY: as above.

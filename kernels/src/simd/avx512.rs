@@ -438,14 +438,14 @@ impl Bits for Avx512Bits {
         Self(unsafe { _mm512_ternarylogic_epi64::<0x96>(self.0, a.0, b.0) })
     }
     #[inline(always)]
-    fn shl_by(self, count: u32) -> Self {
+    fn shl_by(self, count: Self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
-        Self(unsafe { _mm512_sll_epi64(self.0, _mm_cvtsi32_si128(count.cast_signed())) })
+        Self(unsafe { _mm512_sllv_epi64(self.0, count.0) })
     }
     #[inline(always)]
-    fn shr_by(self, count: u32) -> Self {
+    fn shr_by(self, count: Self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
-        Self(unsafe { _mm512_srl_epi64(self.0, _mm_cvtsi32_si128(count.cast_signed())) })
+        Self(unsafe { _mm512_srlv_epi64(self.0, count.0) })
     }
     #[inline(always)]
     fn mul_low(self, other: Self) -> Self {
@@ -463,6 +463,7 @@ impl Bits for Avx512Bits {
             let table = _mm512_broadcast_i32x4(_mm_setr_epi8(
                 0, 1, 4, 5, 16, 17, 20, 21, 64, 65, 68, 69, 80, 81, 84, 85,
             ));
+            let double = _mm512_add_epi8(table, table);
             let low = _mm512_set1_epi8(15);
             let (even, odd) = (
                 _mm512_shuffle_epi8(self.0, apart),
@@ -474,9 +475,9 @@ impl Bits for Avx512Bits {
             let odd = _mm512_ternarylogic_epi64::<0xa8>(odd, _mm512_slli_epi64::<4>(odd), low);
             let (even, odd) = (
                 _mm512_shuffle_epi8(table, even),
-                _mm512_shuffle_epi8(table, odd),
+                _mm512_shuffle_epi8(double, odd),
             );
-            _mm512_or_si512(even, _mm512_add_epi64(odd, odd))
+            _mm512_or_si512(even, odd)
         })
     }
     #[inline(always)]

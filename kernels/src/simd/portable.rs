@@ -312,12 +312,20 @@ impl Bits for PortableBits {
         Self(self.0.map(|v| v >> N))
     }
     #[inline(always)]
-    fn shl_by(self, count: u32) -> Self {
-        Self(self.0.map(|v| v << (count & 63)))
+    fn shl_by(self, count: Self) -> Self {
+        let mut out = self.0;
+        for (v, count) in out.iter_mut().zip(count.0) {
+            *v <<= count & 63;
+        }
+        Self(out)
     }
     #[inline(always)]
-    fn shr_by(self, count: u32) -> Self {
-        Self(self.0.map(|v| v >> (count & 63)))
+    fn shr_by(self, count: Self) -> Self {
+        let mut out = self.0;
+        for (v, count) in out.iter_mut().zip(count.0) {
+            *v >>= count & 63;
+        }
+        Self(out)
     }
     #[inline(always)]
     fn mul_low(self, other: Self) -> Self {

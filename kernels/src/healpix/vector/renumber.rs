@@ -1,15 +1,16 @@
 //! RING → NESTED, in whole numbers.
 //!
 //! ```text
-//! p → the same from the nearer pole → ring, place on it → edges passed, rising and falling → face, x, y → interleaved
+//! belt: p → row, place on it → rising edges passed, falling ones more than those
+//! caps: p from the nearer pole → ring, place on it → the same
+//! → face, x, y → interleaved
 //! ```
 //!
 //! The formulae are those of [`place`](super::place). Nside is a power of two here, so that quotients and remainders are
 //! shifts and masks; only the ring of a cap needs a root, which is made from a rough inverse one, without dividers:
 //!
 //! * 2 i (i − 1) ≤ p < 2 i (i + 1) means (2i − 1)² ≤ 2p + 1 < (2i + 1)². The root of 2p + 1.5, at most 2 Nside ≤ 2²³, is at
-//!   least ¼/2²³ = 3e-8 away from all odd numbers, where its half would be a tie, and comes to 2e-9: the nearest whole number
-//!   to its half is i.
+//!   least ¼/2²³ = 3e-8 away from all odd numbers. Its half, which comes to 1e-9, is thus within ½ of i and no tie.
 //! * The lesser of two counts of faces that differ by one at most is half their sum, and its remainder mod 4 the column.
 
 use super::super::Nside;
@@ -26,10 +27,13 @@ const TWO_52: f64 = 4_503_599_627_370_496.0;
 #[derive(Clone, Copy)]
 struct Words<L: Lanes> {
     token: L::Token,
-    order: u32,
     one: L::Bits,
     three: L::Bits,
     four: L::Bits,
+    /// Shifts: by Nside, 4 Nside and Nside².
+    by_side: L::Bits,
+    by_turn: L::Bits,
+    by_face: L::Bits,
     /// Nside, and its double.
     n: L::Bits,
     pair: L::Bits,
@@ -39,8 +43,9 @@ struct Words<L: Lanes> {
     all: L::Bits,
     /// 2 Nside (Nside − 1): the pixels of a cap.
     cap: L::Bits,
-    /// 12 Nside² − 1.
+    /// The last pixel, and the one in the middle.
     last_pixel: L::Bits,
+    middle: L::Bits,
     two_52: L::Bits,
 }
 
@@ -48,13 +53,16 @@ impl<L: Lanes> Words<L> {
     #[inline(always)]
     fn new(token: L::Token, nside: Nside) -> Self {
         let n = nside.get();
+        let order = u64::from(n.trailing_zeros());
         let c = L::Bits::splat;
         Self {
             token,
-            order: n.trailing_zeros(),
             one: c(token, 1),
             three: c(token, 3),
             four: c(token, 4),
+            by_side: c(token, order),
+            by_turn: c(token, order + 2),
+            by_face: c(token, 2 * order),
             n: c(token, n),
             pair: c(token, 2 * n),
             last: c(token, n - 1),
@@ -62,6 +70,7 @@ impl<L: Lanes> Words<L> {
             all: c(token, 5 * n - 1),
             cap: c(token, 2 * n * (n - 1)),
             last_pixel: c(token, nside.npix() - 1),
+            middle: c(token, nside.npix() / 2 - 1),
             two_52: c(token, TWO_52.to_bits()),
         }
     }
@@ -70,47 +79,53 @@ impl<L: Lanes> Words<L> {
     #[inline(always)]
     fn ring_in_cap(&self, pixel: L::Bits) -> L::Bits {
         let c = |x: f64| L::splat(self.token, x);
-        let square = L::from_whole(self.token, pixel).mul_add(c(2.0), c(1.5));
+        let square = L::from_whole(self.token, pixel).mul_add(c(0.5), c(0.375));
         let (root, _) = roots(self.token, square, true);
-        root.mul_add(c(0.5), c(TWO_52)).to_bits() - self.two_52
+        (root + c(TWO_52)).to_bits() - self.two_52
+    }
+
+    /// Rising edges of pixels of a cap, and how many more falling ones.
+    #[inline(always)]
+    fn edges_in_cap(&self, south: L::Mask, pixel: L::Bits) -> (L::Bits, L::Bits) {
+        let ring = self.ring_in_cap(pixel);
+        let before = ring - self.one;
+        let inner = ring.mul_low(before);
+        let place = pixel - (inner + inner);
+        // Quarters: Nside rising edges each.
+        let upper = L::words_lt(ring + before, place);
+        let place = L::select_words(upper, place - (ring + ring), place);
+        let odd = L::words_lt(before, place);
+        let rising = L::select_words(odd, place - ring, place);
+        let rising = L::select_words(upper, rising + self.pair, rising);
+        let rising = L::select_words(odd, rising + self.n, rising);
+        // Mirrored, both counts come from the other end of 5 Nside − 1.
+        let more = self.pair - ring;
+        (
+            L::select_words(south, self.all - rising, rising),
+            L::select_words(south, ring - self.pair, more),
+        )
     }
 
     #[inline(always)]
     fn nested(&self, pixel: L::Bits) -> L::Bits {
-        // Both halves of the sky as the northern one.
-        let mirrored = self.last_pixel - pixel;
-        let south = L::words_lt(mirrored, pixel);
-        let pixel = L::select_words(south, mirrored, pixel);
-        let cap = L::words_lt(pixel, self.cap);
         let in_belt = pixel - self.cap;
-        let mut row = in_belt.shr_by(self.order + 2);
-        // Mirrored, places count from the ring's end: one more edge where the ring is not shifted.
-        let half = L::select_words(south, row + self.one, row).shr::<1>();
-        let mut rising = (in_belt & self.turn) + half;
+        let row = in_belt.shr_by(self.by_turn);
+        let mut rising = (in_belt & self.turn) + row.shr::<1>();
+        let mut more = self.n - row;
+        let south = L::words_lt(self.middle, pixel);
+        let from_pole = L::select_words(south, self.last_pixel - pixel, pixel);
+        let cap = L::words_lt(from_pole, self.cap);
         if cap.any() {
-            let ring = self.ring_in_cap(pixel);
-            let before = ring.mul_low(ring - self.one);
-            let place = pixel - (before + before);
-            let pair = ring + ring;
-            // Quarters: Nside rising edges each.
-            let lower = L::words_lt(place, pair);
-            let place = L::select_words(lower, place, place - pair);
-            let even = L::words_lt(place, ring);
-            let place = L::select_words(even, place, place - ring);
-            let polar = L::select_words(lower, place, place + self.pair);
-            let polar = L::select_words(even, polar, polar + self.n);
+            let (polar, polar_more) = self.edges_in_cap(south, from_pole);
             rising = L::select_words(cap, polar, rising);
-            row = L::select_words(cap, ring - self.n, row);
+            more = L::select_words(cap, polar_more, more);
         }
-        // Nside − row more falling edges; mirrored, both counts come from the other end of 5 Nside − 1.
-        let more = self.n - row;
-        let rising = L::select_words(south, self.all - rising, rising);
-        let falling = L::select_words(south, rising - more, rising + more);
-        let (a, b) = (rising.shr_by(self.order), falling.shr_by(self.order));
+        let falling = rising + more;
+        let (a, b) = (rising.shr_by(self.by_side), falling.shr_by(self.by_side));
         let column = (a + b).shr::<1>() & self.three;
         let face = (a - b).shl::<2>() + column + self.four;
         let (x, y) = (falling & self.last, (rising & self.last) ^ self.last);
-        x.interleave(y) | face.shl_by(2 * self.order)
+        x.interleave(y) | face.shl_by(self.by_face)
     }
 }
 

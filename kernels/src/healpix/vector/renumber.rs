@@ -84,10 +84,9 @@ impl<L: Lanes> Words<L> {
         (root + c(TWO_52)).to_bits() - self.two_52
     }
 
-    /// Rising edges of pixels of a cap, and how many more falling ones.
+    /// Rising edges of pixels on a ring of a cap, and how many more falling ones.
     #[inline(always)]
-    fn edges_in_cap(&self, south: L::Mask, pixel: L::Bits) -> (L::Bits, L::Bits) {
-        let ring = self.ring_in_cap(pixel);
+    fn edges_in_cap(&self, south: L::Mask, pixel: L::Bits, ring: L::Bits) -> (L::Bits, L::Bits) {
         let before = ring - self.one;
         let inner = ring.mul_low(before);
         let place = pixel - (inner + inner);
@@ -106,26 +105,53 @@ impl<L: Lanes> Words<L> {
         )
     }
 
+    /// Rising edges of pixels of the belt, and how many more falling ones.
     #[inline(always)]
-    fn nested(&self, pixel: L::Bits) -> L::Bits {
+    fn edges_in_belt(&self, pixel: L::Bits) -> (L::Bits, L::Bits) {
         let in_belt = pixel - self.cap;
         let row = in_belt.shr_by(self.by_turn);
-        let mut rising = (in_belt & self.turn) + row.shr::<1>();
-        let mut more = self.n - row;
-        let south = L::words_lt(self.middle, pixel);
-        let from_pole = L::select_words(south, self.last_pixel - pixel, pixel);
-        let cap = L::words_lt(from_pole, self.cap);
-        if cap.any() {
-            let (polar, polar_more) = self.edges_in_cap(south, from_pole);
-            rising = L::select_words(cap, polar, rising);
-            more = L::select_words(cap, polar_more, more);
-        }
+        ((in_belt & self.turn) + row.shr::<1>(), self.n - row)
+    }
+
+    /// The number of the pixel after so many rising edges, and so many more falling ones.
+    #[inline(always)]
+    fn number(&self, (rising, more): (L::Bits, L::Bits)) -> L::Bits {
         let falling = rising + more;
         let (a, b) = (rising.shr_by(self.by_side), falling.shr_by(self.by_side));
         let column = (a + b).shr::<1>() & self.three;
         let face = (a - b).shl::<2>() + column + self.four;
         let (x, y) = (falling & self.last, (rising & self.last) ^ self.last);
         x.interleave(y) | face.shl_by(self.by_face)
+    }
+
+    /// NESTED numbers of two vectors of pixels, stage by stage side by side.
+    #[inline(always)]
+    fn nested(&self, a: L::Bits, b: L::Bits) -> (L::Bits, L::Bits) {
+        let (a_south, b_south) = (L::words_lt(self.middle, a), L::words_lt(self.middle, b));
+        let a_pole = L::select_words(a_south, self.last_pixel - a, a);
+        let b_pole = L::select_words(b_south, self.last_pixel - b, b);
+        let (a_cap, b_cap) = (L::words_lt(a_pole, self.cap), L::words_lt(b_pole, self.cap));
+        let (mut a_edges, mut b_edges) = (self.edges_in_belt(a), self.edges_in_belt(b));
+        if (a_cap | b_cap).any() {
+            let (a_ring, b_ring) = (self.ring_in_cap(a_pole), self.ring_in_cap(b_pole));
+            let polar = self.edges_in_cap(a_south, a_pole, a_ring);
+            a_edges = Self::select_edges(a_cap, polar, a_edges);
+            let polar = self.edges_in_cap(b_south, b_pole, b_ring);
+            b_edges = Self::select_edges(b_cap, polar, b_edges);
+        }
+        (self.number(a_edges), self.number(b_edges))
+    }
+
+    #[inline(always)]
+    fn select_edges(
+        mask: L::Mask,
+        yes: (L::Bits, L::Bits),
+        no: (L::Bits, L::Bits),
+    ) -> (L::Bits, L::Bits) {
+        (
+            L::select_words(mask, yes.0, no.0),
+            L::select_words(mask, yes.1, no.1),
+        )
     }
 }
 
@@ -138,9 +164,17 @@ fn body<L: Lanes>(token: L::Token, nside: Nside, ring: &[u64], nested: &mut [u64
     }
     let words = Words::<L>::new(token, nside);
     let mut nested = Writes::new(nested);
-    for k in 0..n {
-        let pixel = L::Bits::load(token, ring.get(k));
-        words.nested(pixel).store(nested.get(k));
+    for pair in 0..n / 2 {
+        let (k, l) = (2 * pair, 2 * pair + 1);
+        let a = L::Bits::load(token, ring.get(k));
+        let b = L::Bits::load(token, ring.get(l));
+        let (a, b) = words.nested(a, b);
+        a.store(nested.get(k));
+        b.store(nested.get(l));
+    }
+    if n % 2 == 1 {
+        let last = L::Bits::load(token, ring.get(n - 1));
+        words.nested(last, last).0.store(nested.get(n - 1));
     }
     nested.finish();
     true

@@ -1,7 +1,7 @@
 //! The lanes of every level against plain scalar code, and each other.
 
 use dust3d_kernels::dispatch;
-use dust3d_kernels::simd::{Lanes, Level, Mask};
+use dust3d_kernels::simd::{Bits, Lanes, Level, Mask};
 
 const EDGES: [f64; 8] = [0.0, -0.0, 1.5, -2.5, f64::INFINITY, f64::NAN, 1e-300, -7.0];
 const OTHER: [f64; 8] = [1.0, 0.0, 1.5, 2.0, -1.0, 3.0, f64::NAN, -8.0];
@@ -94,6 +94,49 @@ fn naive_random_rough_inverse_sqrt() {
         }
         let below = dispatch!(level, |token: L| inverse_roots::<L>(token, &[-1e-9; 8]));
         assert!(below.iter().all(|x| x.is_nan()), "{level}");
+    }
+}
+
+#[inline(always)]
+fn words<L: Lanes>(token: L::Token, a: &[u64; 8], b: &[u64; 8]) -> ([[u64; 8]; 4], u8) {
+    let table = core::array::from_fn(|i| (i as u64) << 40);
+    let (x, y) = (L::Bits::load(token, a), L::Bits::load(token, b));
+    let found = [
+        x.shr_by(y & L::Bits::splat(token, 63)).to_array(),
+        x.mul_low(y).to_array(),
+        x.interleave(y).to_array(),
+        x.lookup(&table).to_array(),
+    ];
+    (found, L::words_lt(x, y).bits())
+}
+
+#[test]
+fn naive_random_words() {
+    let mut state = 5_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        state >> 1
+    };
+    for k in 0..2000 {
+        let a: [u64; 8] = core::array::from_fn(|_| random() >> (k % 60));
+        let b: [u64; 8] = core::array::from_fn(|i| if i == 3 { a[3] } else { random() });
+        for level in Level::available() {
+            let ([shifted, product, mixed, found], less) =
+                dispatch!(level, |token: L| words::<L>(token, &a, &b));
+            for i in 0..8 {
+                let bit = |v: u64, k: u32| (v >> k) & 1;
+                let expected = (0..32)
+                    .map(|k| (bit(a[i], k) << (2 * k)) | (bit(b[i], k) << (2 * k + 1)))
+                    .sum::<u64>();
+                assert_eq!(mixed[i], expected, "{level}");
+                assert_eq!(shifted[i], a[i] >> (b[i] & 63), "{level}");
+                assert_eq!(product[i], (a[i] & 0xffff_ffff) * (b[i] & 0xffff_ffff));
+                assert_eq!(found[i], (a[i] & 15) << 40, "{level}");
+                assert_eq!((less >> i) & 1 == 1, a[i] < b[i], "{level}");
+            }
+        }
     }
 }
 

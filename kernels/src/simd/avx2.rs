@@ -540,16 +540,24 @@ impl Bits for Avx2Bits {
         }
     }
     #[inline(always)]
-    fn shl_by(self, count: Self) -> Self {
-        both!(_mm256_sllv_epi64, self, count)
-    }
-    #[inline(always)]
     fn shr_by(self, count: Self) -> Self {
         both!(_mm256_srlv_epi64, self, count)
     }
     #[inline(always)]
     fn mul_low(self, other: Self) -> Self {
         both!(_mm256_mul_epu32, self, other)
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u64; 16]) -> Self {
+        // SAFETY: lanes exist only with a token; places are below 16, within the table.
+        unsafe {
+            let low = _mm256_set1_epi64x(15);
+            let table = table.as_ptr().cast();
+            Self(
+                _mm256_i64gather_epi64::<8>(table, _mm256_and_si256(self.0, low)),
+                _mm256_i64gather_epi64::<8>(table, _mm256_and_si256(self.1, low)),
+            )
+        }
     }
     #[inline(always)]
     fn interleave(self, odd: Self) -> Self {

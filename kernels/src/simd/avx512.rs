@@ -438,11 +438,6 @@ impl Bits for Avx512Bits {
         Self(unsafe { _mm512_ternarylogic_epi64::<0x96>(self.0, a.0, b.0) })
     }
     #[inline(always)]
-    fn shl_by(self, count: Self) -> Self {
-        // SAFETY: lanes exist only with a token; registers only.
-        Self(unsafe { _mm512_sllv_epi64(self.0, count.0) })
-    }
-    #[inline(always)]
     fn shr_by(self, count: Self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_srlv_epi64(self.0, count.0) })
@@ -451,6 +446,15 @@ impl Bits for Avx512Bits {
     fn mul_low(self, other: Self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_mul_epu32(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u64; 16]) -> Self {
+        // SAFETY: lanes exist only with a token; both halves of the table are 64 readable bytes; other bits do not count.
+        Self(unsafe {
+            let low = _mm512_loadu_si512(table.as_ptr().cast());
+            let high = _mm512_loadu_si512(table.as_ptr().add(8).cast());
+            _mm512_permutex2var_epi64(low, self.0, high)
+        })
     }
     #[inline(always)]
     fn interleave(self, odd: Self) -> Self {

@@ -250,12 +250,12 @@ pub trait Bits:
     fn shl<const N: u32>(self) -> Self;
     /// Shifted towards the low bits by N < 64, zeros coming in.
     fn shr<const N: u32>(self) -> Self;
-    /// Shifted towards the high bits by a count below 64, lane by lane.
-    fn shl_by(self, count: Self) -> Self;
     /// Shifted towards the low bits by a count below 64, lane by lane, zeros coming in.
     fn shr_by(self, count: Self) -> Self;
     /// The product of the low halves.
     fn mul_low(self, other: Self) -> Self;
+    /// The entry of a table that every lane's four low bits name.
+    fn lookup(self, table: &[u64; 16]) -> Self;
     /// self ^ a ^ b.
     #[inline(always)]
     fn xor3(self, a: Self, b: Self) -> Self {

@@ -312,14 +312,6 @@ impl Bits for PortableBits {
         Self(self.0.map(|v| v >> N))
     }
     #[inline(always)]
-    fn shl_by(self, count: Self) -> Self {
-        let mut out = self.0;
-        for (v, count) in out.iter_mut().zip(count.0) {
-            *v <<= count & 63;
-        }
-        Self(out)
-    }
-    #[inline(always)]
     fn shr_by(self, count: Self) -> Self {
         let mut out = self.0;
         for (v, count) in out.iter_mut().zip(count.0) {
@@ -334,6 +326,10 @@ impl Bits for PortableBits {
             *a = (*a & 0xffff_ffff) * (b & 0xffff_ffff);
         }
         Self(out)
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u64; 16]) -> Self {
+        Self(self.0.map(|v| table[(v & 15) as usize]))
     }
     #[inline(always)]
     fn interleave(self, odd: Self) -> Self {

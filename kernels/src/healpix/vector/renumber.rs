@@ -11,7 +11,8 @@
 //!
 //! * 2 i (i − 1) ≤ p < 2 i (i + 1) means (2i − 1)² ≤ 2p + 1 < (2i + 1)². The root of 2p + 1.5, at most 2 Nside ≤ 2²³, is at
 //!   least ¼/2²³ = 3e-8 away from all odd numbers. Its half, which comes to 1e-9, is thus within ½ of i and no tie.
-//! * The lesser of two counts of faces that differ by one at most is half their sum, and its remainder mod 4 the column.
+//! * Of a and b, the edges between faces among the rising and the falling ones passed, 0 … 4 and at most one apart, 2a + b
+//!   tells both, and a table the face.
 
 use super::super::Nside;
 use super::estimate::roots;
@@ -23,17 +24,19 @@ use crate::simd::{Bits, Lanes, Level, Mask};
 /// 2^52: what is added to it is rounded to the nearest whole number, and stands in the low bits.
 const TWO_52: f64 = 4_503_599_627_370_496.0;
 
+/// Faces by 2a + b: the polar ones where b = a + 1, the southern ones where a = b + 1.
+const FACES: [u64; 13] = [4, 0, 8, 5, 1, 9, 6, 2, 10, 7, 3, 11, 4];
+
 /// What there is to know of a grid.
 #[derive(Clone, Copy)]
 struct Words<L: Lanes> {
     token: L::Token,
     one: L::Bits,
-    three: L::Bits,
-    four: L::Bits,
-    /// Shifts: by Nside, 4 Nside and Nside².
+    /// Shifts: by Nside and 4 Nside.
     by_side: L::Bits,
     by_turn: L::Bits,
-    by_face: L::Bits,
+    /// By 2a + b: the face's first pixel.
+    faces: [u64; 16],
     /// Nside, and its double.
     n: L::Bits,
     pair: L::Bits,
@@ -55,14 +58,16 @@ impl<L: Lanes> Words<L> {
         let n = nside.get();
         let order = u64::from(n.trailing_zeros());
         let c = L::Bits::splat;
+        let mut faces = [0; 16];
+        for (face, pixel) in FACES.iter().zip(&mut faces) {
+            *pixel = face << (2 * order);
+        }
         Self {
             token,
             one: c(token, 1),
-            three: c(token, 3),
-            four: c(token, 4),
             by_side: c(token, order),
             by_turn: c(token, order + 2),
-            by_face: c(token, 2 * order),
+            faces,
             n: c(token, n),
             pair: c(token, 2 * n),
             last: c(token, n - 1),
@@ -87,13 +92,13 @@ impl<L: Lanes> Words<L> {
     /// Rising edges of pixels on a ring of a cap, and how many more falling ones.
     #[inline(always)]
     fn edges_in_cap(&self, south: L::Mask, pixel: L::Bits, ring: L::Bits) -> (L::Bits, L::Bits) {
-        let before = ring - self.one;
-        let inner = ring.mul_low(before);
+        let inner = ring.mul_low(ring - self.one);
         let place = pixel - (inner + inner);
         // Quarters: Nside rising edges each.
-        let upper = L::words_lt(ring + before, place);
-        let place = L::select_words(upper, place - (ring + ring), place);
-        let odd = L::words_lt(before, place);
+        let pair = ring + ring;
+        let upper = !L::words_lt(place, pair);
+        let place = L::select_words(upper, place - pair, place);
+        let odd = !L::words_lt(place, ring);
         let rising = L::select_words(odd, place - ring, place);
         let rising = L::select_words(upper, rising + self.pair, rising);
         let rising = L::select_words(odd, rising + self.n, rising);
@@ -118,10 +123,9 @@ impl<L: Lanes> Words<L> {
     fn number(&self, (rising, more): (L::Bits, L::Bits)) -> L::Bits {
         let falling = rising + more;
         let (a, b) = (rising.shr_by(self.by_side), falling.shr_by(self.by_side));
-        let column = (a + b).shr::<1>() & self.three;
-        let face = (a - b).shl::<2>() + column + self.four;
+        let face = (a + a + b).lookup(&self.faces);
         let (x, y) = (falling & self.last, (rising & self.last) ^ self.last);
-        x.interleave(y) | face.shl_by(self.by_face)
+        x.interleave(y) | face
     }
 
     /// NESTED numbers of two vectors of pixels, stage by stage side by side.

@@ -2,6 +2,7 @@
 
 use dust3d_kernels::dispatch;
 use dust3d_kernels::simd::{Bits, Lanes, Level, Mask};
+use dust3d_tests::random::Random;
 
 const EDGES: [f64; 8] = [0.0, -0.0, 1.5, -2.5, f64::INFINITY, f64::NAN, 1e-300, -7.0];
 const OTHER: [f64; 8] = [1.0, 0.0, 1.5, 2.0, -1.0, 3.0, f64::NAN, -8.0];
@@ -112,16 +113,10 @@ fn words<L: Lanes>(token: L::Token, a: &[u64; 8], b: &[u64; 8]) -> ([[u64; 8]; 4
 
 #[test]
 fn naive_random_words() {
-    let mut state = 5_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        state >> 1
-    };
+    let mut random = Random(5);
     for k in 0..2000 {
-        let a: [u64; 8] = core::array::from_fn(|_| random() >> (k % 60));
-        let b: [u64; 8] = core::array::from_fn(|i| if i == 3 { a[3] } else { random() });
+        let a: [u64; 8] = core::array::from_fn(|_| random.bits() >> (k % 50));
+        let b: [u64; 8] = core::array::from_fn(|i| if i == 3 { a[3] } else { random.bits() });
         for level in Level::available() {
             let ([shifted, product, mixed, found], less) =
                 dispatch!(level, |token: L| words::<L>(token, &a, &b));

@@ -281,6 +281,7 @@ bits_operator! {
 /// The low half to the even bits.
 #[inline(always)]
 const fn spread(v: u64) -> u64 {
+    let v = v & 0xffff_ffff;
     let v = (v | (v << 16)) & 0x0000_ffff_0000_ffff;
     let v = (v | (v << 8)) & 0x00ff_00ff_00ff_00ff;
     let v = (v | (v << 4)) & 0x0f0f_0f0f_0f0f_0f0f;

@@ -3,6 +3,7 @@
 use dust3d_kernels::healpix::layout::Ring;
 use dust3d_kernels::healpix::{Location, Nside, disc, ring2nest};
 use dust3d_kernels::simd::Level;
+use dust3d_tests::random::Random;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -114,13 +115,8 @@ fn compare(nside: Nside, centre: Location, radius: f64) -> (u64, u64) {
 #[test]
 fn naive_large_discs() {
     let edge = (2.0_f64 / 3.0).acos();
-    let mut state = 7_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut numbers = Random(7);
+    let mut random = || 0.5 * (numbers.next() + 1.0);
     let (mut rings, mut unsure) = (0, 0);
     for n in [5, 64, 300, 2048] {
         let nside = Nside::new(n).unwrap();
@@ -197,13 +193,8 @@ fn levels_agree_discs_to_centres() {
 /// search cannot begin beside the centre.
 #[test]
 fn orders_agree_small_discs() {
-    let mut state = 3_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut numbers = Random(3);
+    let mut random = || 0.5 * (numbers.next() + 1.0);
     let edge = (2.0_f64 / 3.0).acos();
     let mut sizes = [0_usize; 4];
     for order in [0, 1, 2, 3, 4, 6, 11, 20, 29] {

@@ -474,8 +474,7 @@ impl Bits for Avx512Bits {
                 _mm512_shuffle_epi8(odd.0, apart),
             );
             // (a | b) & c
-            let even =
-                _mm512_ternarylogic_epi64::<0xa8>(even, _mm512_slli_epi64::<4>(even), low);
+            let even = _mm512_ternarylogic_epi64::<0xa8>(even, _mm512_slli_epi64::<4>(even), low);
             let odd = _mm512_ternarylogic_epi64::<0xa8>(odd, _mm512_slli_epi64::<4>(odd), low);
             let (even, odd) = (
                 _mm512_shuffle_epi8(table, even),

@@ -26,8 +26,8 @@ mod zone;
 
 pub(super) use around::{nested_neighbours, ring_neighbours};
 pub(super) use points::{ang2pix, nest2ring, pix2ang, pix2vec, vec2pix};
-pub(super) use renumber::ring2nest;
 pub(super) use quads::{LEVELS, Near, Quads, quads};
+pub(super) use renumber::ring2nest;
 pub(super) use rim::{Arc, Arcs, Disc, arcs};
 pub(super) use stencil::stencils;
 

@@ -27,6 +27,9 @@ const TWO_52: f64 = 4_503_599_627_370_496.0;
 /// Faces by 2a + b: the polar ones where b = a + 1, the southern ones where a = b + 1.
 const FACES: [u64; 13] = [4, 0, 8, 5, 1, 9, 6, 2, 10, 7, 3, 11, 4];
 
+/// Vectors at a time.
+const SIDE_BY_SIDE: usize = 4;
+
 /// What there is to know of a grid.
 #[derive(Clone, Copy)]
 struct Words<L: Lanes> {
@@ -128,34 +131,39 @@ impl<L: Lanes> Words<L> {
         x.interleave(y) | face
     }
 
-    /// NESTED numbers of two vectors of pixels, stage by stage side by side.
+    /// NESTED numbers of several vectors of pixels, stage by stage side by side: what follows from one another in one
+    /// takes as long as that.
     #[inline(always)]
-    fn nested(&self, a: L::Bits, b: L::Bits) -> (L::Bits, L::Bits) {
-        let (a_south, b_south) = (L::words_lt(self.middle, a), L::words_lt(self.middle, b));
-        let a_pole = L::select_words(a_south, self.last_pixel - a, a);
-        let b_pole = L::select_words(b_south, self.last_pixel - b, b);
-        let (a_cap, b_cap) = (L::words_lt(a_pole, self.cap), L::words_lt(b_pole, self.cap));
-        let (mut a_edges, mut b_edges) = (self.edges_in_belt(a), self.edges_in_belt(b));
-        if (a_cap | b_cap).any() {
-            let (a_ring, b_ring) = (self.ring_in_cap(a_pole), self.ring_in_cap(b_pole));
-            let polar = self.edges_in_cap(a_south, a_pole, a_ring);
-            a_edges = Self::select_edges(a_cap, polar, a_edges);
-            let polar = self.edges_in_cap(b_south, b_pole, b_ring);
-            b_edges = Self::select_edges(b_cap, polar, b_edges);
+    fn nested(&self, pixels: &mut [L::Bits; SIDE_BY_SIDE]) {
+        let nothing = self.one;
+        let never = L::words_lt(nothing, nothing);
+        let (mut poles, mut rings) = ([nothing; SIDE_BY_SIDE], [nothing; SIDE_BY_SIDE]);
+        let mut edges = [(nothing, nothing); SIDE_BY_SIDE];
+        let (mut souths, mut caps) = ([never; SIDE_BY_SIDE], [never; SIDE_BY_SIDE]);
+        let mut any = never;
+        for k in 0..SIDE_BY_SIDE {
+            let pixel = pixels[k];
+            souths[k] = L::words_lt(self.middle, pixel);
+            poles[k] = L::select_words(souths[k], self.last_pixel - pixel, pixel);
+            caps[k] = L::words_lt(poles[k], self.cap);
+            any = any | caps[k];
+            edges[k] = self.edges_in_belt(pixel);
         }
-        (self.number(a_edges), self.number(b_edges))
-    }
-
-    #[inline(always)]
-    fn select_edges(
-        mask: L::Mask,
-        yes: (L::Bits, L::Bits),
-        no: (L::Bits, L::Bits),
-    ) -> (L::Bits, L::Bits) {
-        (
-            L::select_words(mask, yes.0, no.0),
-            L::select_words(mask, yes.1, no.1),
-        )
+        if any.any() {
+            for k in 0..SIDE_BY_SIDE {
+                rings[k] = self.ring_in_cap(poles[k]);
+            }
+            for k in 0..SIDE_BY_SIDE {
+                let (rising, more) = self.edges_in_cap(souths[k], poles[k], rings[k]);
+                edges[k] = (
+                    L::select_words(caps[k], rising, edges[k].0),
+                    L::select_words(caps[k], more, edges[k].1),
+                );
+            }
+        }
+        for k in 0..SIDE_BY_SIDE {
+            pixels[k] = self.number(edges[k]);
+        }
     }
 }
 
@@ -168,17 +176,19 @@ fn body<L: Lanes>(token: L::Token, nside: Nside, ring: &[u64], nested: &mut [u64
     }
     let words = Words::<L>::new(token, nside);
     let mut nested = Writes::new(nested);
-    for pair in 0..n / 2 {
-        let (k, l) = (2 * pair, 2 * pair + 1);
-        let a = L::Bits::load(token, ring.get(k));
-        let b = L::Bits::load(token, ring.get(l));
-        let (a, b) = words.nested(a, b);
-        a.store(nested.get(k));
-        b.store(nested.get(l));
-    }
-    if n % 2 == 1 {
-        let last = L::Bits::load(token, ring.get(n - 1));
-        words.nested(last, last).0.store(nested.get(n - 1));
+    let mut from = 0;
+    while from < n {
+        let mut pixels = [words.one; SIDE_BY_SIDE];
+        for k in 0..SIDE_BY_SIDE {
+            pixels[k] = L::Bits::load(token, ring.get(from + k));
+        }
+        words.nested(&mut pixels);
+        for k in 0..SIDE_BY_SIDE {
+            if from + k < n {
+                pixels[k].store(nested.get(from + k));
+            }
+        }
+        from += SIDE_BY_SIDE;
     }
     nested.finish();
     true

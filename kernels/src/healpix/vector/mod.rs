@@ -1,8 +1,8 @@
 //! Eight pixels a vector.
 //!
 //! Pixel numbers, ring numbers and coordinates on faces are whole numbers below 2⁵², and are carried as f64, where
-//! products, quotients and roots are single instructions; only the interleaving of NESTED bits works on words. This
-//! holds up to [`LIMIT`]; finer grids take the scalar kernels.
+//! products, quotients and roots are single instructions; only the interleaving of NESTED bits and the numbers of
+//! [RING pixels in NESTED order](renumber) work on words. This holds up to [`LIMIT`]; finer grids take the scalar kernels.
 //!
 //! Both halves of the sky and all three zones go through the same instructions, with selections at the few places where
 //! they differ; square roots and quotients, which only the caps need, are passed over when no lane is in a cap. A lane's

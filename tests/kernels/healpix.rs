@@ -1,6 +1,7 @@
 //! Tests of the kernels: healpix.
 
 mod brute;
+mod discs;
 mod edges;
 mod props;
 mod resample;

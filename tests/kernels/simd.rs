@@ -1,7 +1,8 @@
 //! The lanes of every level against plain scalar code, and each other.
 
 use dust3d_kernels::dispatch;
-use dust3d_kernels::simd::{Lanes, Level, Mask};
+use dust3d_kernels::simd::{Bits, Lanes, Level, Mask};
+use dust3d_tests::random::Random;
 
 const EDGES: [f64; 8] = [0.0, -0.0, 1.5, -2.5, f64::INFINITY, f64::NAN, 1e-300, -7.0];
 const OTHER: [f64; 8] = [1.0, 0.0, 1.5, 2.0, -1.0, 3.0, f64::NAN, -8.0];
@@ -68,6 +69,67 @@ fn naive_edges_every_operation() {
                     g[lane],
                     e[lane]
                 );
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn inverse_roots<L: Lanes>(token: L::Token, a: &[f64; 8]) -> [f64; 8] {
+    L::load(token, a).rough_inverse_sqrt().to_array()
+}
+
+#[test]
+fn naive_random_rough_inverse_sqrt() {
+    for level in Level::available() {
+        for k in 0..20_000 {
+            let x: [f64; 8] = core::array::from_fn(|i| {
+                let e = f64::from((k * 8 + i as i32) % 200 - 100);
+                (1.0 + 0.618_033_988_75 * f64::from(k) % 1.0) * e.exp2()
+            });
+            let got = dispatch!(level, |token: L| inverse_roots::<L>(token, &x));
+            for i in 0..8 {
+                let error = got[i] * x[i].sqrt() - 1.0;
+                assert!(error.abs() < 2_f64.powf(-13.9), "{level} {} {error}", x[i]);
+            }
+        }
+        let below = dispatch!(level, |token: L| inverse_roots::<L>(token, &[-1e-9; 8]));
+        assert!(below.iter().all(|x| x.is_nan()), "{level}");
+    }
+}
+
+#[inline(always)]
+fn words<L: Lanes>(token: L::Token, a: &[u64; 8], b: &[u64; 8]) -> ([[u64; 8]; 4], u8) {
+    let table = core::array::from_fn(|i| (i as u64) << 40);
+    let (x, y) = (L::Bits::load(token, a), L::Bits::load(token, b));
+    let found = [
+        x.shr_by(y & L::Bits::splat(token, 63)).to_array(),
+        x.mul_low(y).to_array(),
+        x.interleave(y).to_array(),
+        x.lookup(&table).to_array(),
+    ];
+    (found, L::words_lt(x, y).bits())
+}
+
+#[test]
+fn naive_random_words() {
+    let mut random = Random(5);
+    for k in 0..2000 {
+        let a: [u64; 8] = core::array::from_fn(|_| random.bits() >> (k % 50));
+        let b: [u64; 8] = core::array::from_fn(|i| if i == 3 { a[3] } else { random.bits() });
+        for level in Level::available() {
+            let ([shifted, product, mixed, found], less) =
+                dispatch!(level, |token: L| words::<L>(token, &a, &b));
+            for i in 0..8 {
+                let bit = |v: u64, k: u32| (v >> k) & 1;
+                let expected = (0..32)
+                    .map(|k| (bit(a[i], k) << (2 * k)) | (bit(b[i], k) << (2 * k + 1)))
+                    .sum::<u64>();
+                assert_eq!(mixed[i], expected, "{level}");
+                assert_eq!(shifted[i], a[i] >> (b[i] & 63), "{level}");
+                assert_eq!(product[i], (a[i] & 0xffff_ffff) * (b[i] & 0xffff_ffff));
+                assert_eq!(found[i], (a[i] & 15) << 40, "{level}");
+                assert_eq!((less >> i) & 1 == 1, a[i] < b[i], "{level}");
             }
         }
     }

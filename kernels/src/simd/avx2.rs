@@ -206,6 +206,22 @@ impl Lanes for Avx2Lanes {
         both!(_mm256_sqrt_pd, self)
     }
     #[inline(always)]
+    fn rough_inverse_sqrt(self) -> Self {
+        // Twelve bits in f32, squared by a step of Newton's: y + y (1 - x y²)/2.
+        // SAFETY: lanes exist only with a token; registers only.
+        #[inline(always)]
+        unsafe fn half(x: __m256d) -> __m256d {
+            // SAFETY: as above.
+            unsafe {
+                let y = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(x)));
+                let rest = _mm256_fnmadd_pd(_mm256_mul_pd(x, y), y, _mm256_set1_pd(1.0));
+                _mm256_fmadd_pd(_mm256_mul_pd(y, _mm256_set1_pd(0.5)), rest, y)
+            }
+        }
+        // SAFETY: as above.
+        unsafe { Self(half(self.0), half(self.1)) }
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         let sign = unsafe { _mm256_set1_pd(-0.0) };
@@ -272,6 +288,16 @@ impl Lanes for Avx2Lanes {
         }
     }
     #[inline(always)]
+    fn words_lt(a: Avx2Bits, b: Avx2Bits) -> Avx2Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        unsafe {
+            Avx2Mask(
+                _mm256_castsi256_pd(_mm256_cmpgt_epi64(b.0, a.0)),
+                _mm256_castsi256_pd(_mm256_cmpgt_epi64(b.1, a.1)),
+            )
+        }
+    }
+    #[inline(always)]
     fn exp2_int(self) -> Self {
         // 2^52 + 2^51 + k holds k + 2^51 in its low mantissa bits: AVX2 has no f64 → i64 conversion.
         // SAFETY: lanes exist only with a token; registers only.
@@ -323,9 +349,9 @@ impl Lanes for Avx2Lanes {
         (Self(m0, m1), Self(e0, e1))
     }
     #[inline(always)]
-    fn prefetch(_: Avx2Token, from: &[f64; 8]) {
+    fn prefetch<T>(_: Avx2Token, from: &T) {
         // SAFETY: a prefetch reads nothing, and the address is that of a reference.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(from).cast()) }
     }
     #[inline(always)]
     fn load_twice(_: Avx2Token, from: &[f64; 4]) -> Self {
@@ -514,15 +540,54 @@ impl Bits for Avx2Bits {
         }
     }
     #[inline(always)]
-    fn spread_bytes(self) -> Self {
+    fn shr_by(self, count: Self) -> Self {
+        both!(_mm256_srlv_epi64, self, count)
+    }
+    #[inline(always)]
+    fn mul_low(self, other: Self) -> Self {
+        both!(_mm256_mul_epu32, self, other)
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u64; 16]) -> Self {
+        // SAFETY: lanes exist only with a token; places are below 16, within the table.
+        unsafe {
+            let low = _mm256_set1_epi64x(15);
+            let table = table.as_ptr().cast();
+            Self(
+                _mm256_i64gather_epi64::<8>(table, _mm256_and_si256(self.0, low)),
+                _mm256_i64gather_epi64::<8>(table, _mm256_and_si256(self.1, low)),
+            )
+        }
+    }
+    #[inline(always)]
+    fn interleave(self, odd: Self) -> Self {
+        // Bytes apart, nibbles to bytes of their own, and these from a table of spread bits.
         // SAFETY: lanes exist only with a token; registers only.
-        let places = unsafe {
-            _mm256_broadcastsi128_si256(_mm_setr_epi8(
-                0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15,
-            ))
-        };
-        let places = Self(places, places);
-        both!(_mm256_shuffle_epi8, self, places)
+        #[inline(always)]
+        unsafe fn half(even: __m256i, odd: __m256i) -> __m256i {
+            // SAFETY: as above.
+            unsafe {
+                let apart = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                    0, -1, 1, -1, 2, -1, 3, -1, 8, -1, 9, -1, 10, -1, 11, -1,
+                ));
+                let table = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                    0, 1, 4, 5, 16, 17, 20, 21, 64, 65, 68, 69, 80, 81, 84, 85,
+                ));
+                let double = _mm256_add_epi8(table, table);
+                let low = _mm256_set1_epi8(15);
+                let (even, odd) = (
+                    _mm256_shuffle_epi8(even, apart),
+                    _mm256_shuffle_epi8(odd, apart),
+                );
+                let even = _mm256_or_si256(even, _mm256_slli_epi64::<4>(even));
+                let odd = _mm256_or_si256(odd, _mm256_slli_epi64::<4>(odd));
+                let even = _mm256_shuffle_epi8(table, _mm256_and_si256(even, low));
+                let odd = _mm256_shuffle_epi8(double, _mm256_and_si256(odd, low));
+                _mm256_or_si256(even, odd)
+            }
+        }
+        // SAFETY: as above.
+        unsafe { Self(half(self.0, odd.0), half(self.1, odd.1)) }
     }
     #[inline(always)]
     fn unspread_bytes(self) -> Self {

@@ -152,6 +152,11 @@ impl Lanes for Avx512Lanes {
         Self(unsafe { _mm512_sqrt_pd(self.0) })
     }
     #[inline(always)]
+    fn rough_inverse_sqrt(self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_rsqrt14_pd(self.0) })
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_abs_pd(self.0) })
@@ -222,6 +227,11 @@ impl Lanes for Avx512Lanes {
         Avx512Mask(unsafe { _mm512_testn_epi64_mask(bits.0, bits.0) })
     }
     #[inline(always)]
+    fn words_lt(a: Avx512Bits, b: Avx512Bits) -> Avx512Mask {
+        // SAFETY: lanes exist only with a token; registers only.
+        Avx512Mask(unsafe { _mm512_cmplt_epi64_mask(a.0, b.0) })
+    }
+    #[inline(always)]
     fn exp2_int(self) -> Self {
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe { _mm512_scalef_pd(_mm512_set1_pd(1.0), self.0) })
@@ -244,9 +254,9 @@ impl Lanes for Avx512Lanes {
         }
     }
     #[inline(always)]
-    fn prefetch(_: Avx512Token, from: &[f64; 8]) {
+    fn prefetch<T>(_: Avx512Token, from: &T) {
         // SAFETY: a prefetch reads nothing, and the address is that of a reference.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(from).cast()) }
     }
     #[inline(always)]
     fn load_twice(_: Avx512Token, from: &[f64; 4]) -> Self {
@@ -428,11 +438,49 @@ impl Bits for Avx512Bits {
         Self(unsafe { _mm512_ternarylogic_epi64::<0x96>(self.0, a.0, b.0) })
     }
     #[inline(always)]
-    fn spread_bytes(self) -> Self {
+    fn shr_by(self, count: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_srlv_epi64(self.0, count.0) })
+    }
+    #[inline(always)]
+    fn mul_low(self, other: Self) -> Self {
+        // SAFETY: lanes exist only with a token; registers only.
+        Self(unsafe { _mm512_mul_epu32(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u64; 16]) -> Self {
+        // SAFETY: lanes exist only with a token; both halves of the table are 64 readable bytes; other bits do not count.
+        Self(unsafe {
+            let low = _mm512_loadu_si512(table.as_ptr().cast());
+            let high = _mm512_loadu_si512(table.as_ptr().add(8).cast());
+            _mm512_permutex2var_epi64(low, self.0, high)
+        })
+    }
+    #[inline(always)]
+    fn interleave(self, odd: Self) -> Self {
+        // Bytes apart, nibbles to bytes of their own, and these from a table of spread bits.
         // SAFETY: lanes exist only with a token; registers only.
         Self(unsafe {
-            let places = _mm_setr_epi8(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15);
-            _mm512_shuffle_epi8(self.0, _mm512_broadcast_i32x4(places))
+            let apart = _mm512_broadcast_i32x4(_mm_setr_epi8(
+                0, -1, 1, -1, 2, -1, 3, -1, 8, -1, 9, -1, 10, -1, 11, -1,
+            ));
+            let table = _mm512_broadcast_i32x4(_mm_setr_epi8(
+                0, 1, 4, 5, 16, 17, 20, 21, 64, 65, 68, 69, 80, 81, 84, 85,
+            ));
+            let double = _mm512_add_epi8(table, table);
+            let low = _mm512_set1_epi8(15);
+            let (even, odd) = (
+                _mm512_shuffle_epi8(self.0, apart),
+                _mm512_shuffle_epi8(odd.0, apart),
+            );
+            // (a | b) & c
+            let even = _mm512_ternarylogic_epi64::<0xa8>(even, _mm512_slli_epi64::<4>(even), low);
+            let odd = _mm512_ternarylogic_epi64::<0xa8>(odd, _mm512_slli_epi64::<4>(odd), low);
+            let (even, odd) = (
+                _mm512_shuffle_epi8(table, even),
+                _mm512_shuffle_epi8(double, odd),
+            );
+            _mm512_or_si512(even, odd)
         })
     }
     #[inline(always)]

@@ -55,9 +55,9 @@ pub trait Lanes:
     fn load_f32(token: Self::Token, from: &[f32; 8]) -> Self;
     /// Eight values to memory.
     fn store(self, to: &mut [f64; 8]);
-    /// Asks for the cache line of a value that will be loaded soon.
+    /// Asks for the cache line where a value begins that will be loaded soon.
     #[inline(always)]
-    fn prefetch(_token: Self::Token, _from: &[f64; 8]) {}
+    fn prefetch<T>(_token: Self::Token, _from: &T) {}
     /// All lanes as an array.
     #[inline(always)]
     fn to_array(self) -> [f64; 8] {
@@ -108,6 +108,8 @@ pub trait Lanes:
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
+    /// 1/√self to within 2^-13.9 of itself, for 2^-100 … 2^100; NaN below zero, anything elsewhere. Levels differ.
+    fn rough_inverse_sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// The lesser; `other` where either is NaN.
@@ -144,6 +146,13 @@ pub trait Lanes:
     fn from_bits(bits: Self::Bits) -> Self;
     /// Which words are zero.
     fn is_zero(bits: Self::Bits) -> Self::Mask;
+    /// Words below 2^63: `a < b`.
+    fn words_lt(a: Self::Bits, b: Self::Bits) -> Self::Mask;
+    /// Where the mask is set `yes`, elsewhere `no`.
+    #[inline(always)]
+    fn select_words(mask: Self::Mask, yes: Self::Bits, no: Self::Bits) -> Self::Bits {
+        Self::select(mask, Self::from_bits(yes), Self::from_bits(no)).to_bits()
+    }
     /// Whole numbers below 2^52 as f64.
     #[inline(always)]
     fn from_whole(token: Self::Token, whole: Self::Bits) -> Self {
@@ -241,23 +250,22 @@ pub trait Bits:
     fn shl<const N: u32>(self) -> Self;
     /// Shifted towards the low bits by N < 64, zeros coming in.
     fn shr<const N: u32>(self) -> Self;
+    /// Shifted towards the low bits by a count below 64, lane by lane, zeros coming in.
+    fn shr_by(self, count: Self) -> Self;
+    /// The product of the low halves.
+    fn mul_low(self, other: Self) -> Self;
+    /// The entry of a table that every lane's four low bits name.
+    fn lookup(self, table: &[u64; 16]) -> Self;
     /// self ^ a ^ b.
     #[inline(always)]
     fn xor3(self, a: Self, b: Self) -> Self {
         self ^ a ^ b
     }
-    /// Bytes 0 … 7 of every lane to places 0, 2, 4, 6, 1, 3, 5, 7.
-    fn spread_bytes(self) -> Self;
-    /// The inverse of [`spread_bytes`](Self::spread_bytes).
+    /// Bytes 0, 2, 4, 6, 1, 3, 5, 7 of every lane to places 0 … 7.
     fn unspread_bytes(self) -> Self;
+    /// The low half of every lane to its even bits, that of `odd` to its odd bits; the high halves are zero.
+    fn interleave(self, odd: Self) -> Self;
 
-    /// The low half of every lane to its even bits, the high half to its odd bits.
-    #[inline(always)]
-    fn interleave(self, token: Self::Token) -> Self {
-        let v = swap_bits::<Self, 4>(token, self.spread_bytes(), 0x00f0_00f0_00f0_00f0);
-        let v = swap_bits::<Self, 2>(token, v, 0x0c0c_0c0c_0c0c_0c0c);
-        swap_bits::<Self, 1>(token, v, 0x2222_2222_2222_2222)
-    }
     /// The even bits of every lane to its low half, the odd bits to its high half.
     #[inline(always)]
     fn deinterleave(self, token: Self::Token) -> Self {

@@ -115,6 +115,10 @@ impl Lanes for PortableLanes {
         Self(self.0.sqrt())
     }
     #[inline(always)]
+    fn rough_inverse_sqrt(self) -> Self {
+        Self(f64x8::splat(1.0) / self.0.sqrt())
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.abs())
     }
@@ -170,6 +174,18 @@ impl Lanes for PortableLanes {
             bits.0
                 .map(|v| f64::from_bits(if v == 0 { u64::MAX } else { 0 })),
         ))
+    }
+    #[inline(always)]
+    fn words_lt(a: PortableBits, b: PortableBits) -> PortableMask {
+        let mut mask = [0.0; 8];
+        for ((m, a), b) in mask.iter_mut().zip(a.0).zip(b.0) {
+            *m = f64::from_bits(if a.cast_signed() < b.cast_signed() {
+                u64::MAX
+            } else {
+                0
+            });
+        }
+        PortableMask(f64x8::new(mask))
     }
     #[inline(always)]
     fn exp2_int(self) -> Self {
@@ -262,6 +278,17 @@ bits_operator! {
     BitXor bitxor BitXor::bitxor;
 }
 
+/// The low half to the even bits.
+#[inline(always)]
+const fn spread(v: u64) -> u64 {
+    let v = v & 0xffff_ffff;
+    let v = (v | (v << 16)) & 0x0000_ffff_0000_ffff;
+    let v = (v | (v << 8)) & 0x00ff_00ff_00ff_00ff;
+    let v = (v | (v << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
+    let v = (v | (v << 2)) & 0x3333_3333_3333_3333;
+    (v | (v << 1)) & 0x5555_5555_5555_5555
+}
+
 impl Bits for PortableBits {
     type Token = PortableToken;
 
@@ -286,11 +313,32 @@ impl Bits for PortableBits {
         Self(self.0.map(|v| v >> N))
     }
     #[inline(always)]
-    fn spread_bytes(self) -> Self {
-        Self(self.0.map(|v| {
-            let [a, b, c, d, e, f, g, h] = v.to_le_bytes();
-            u64::from_le_bytes([a, e, b, f, c, g, d, h])
-        }))
+    fn shr_by(self, count: Self) -> Self {
+        let mut out = self.0;
+        for (v, count) in out.iter_mut().zip(count.0) {
+            *v >>= count & 63;
+        }
+        Self(out)
+    }
+    #[inline(always)]
+    fn mul_low(self, other: Self) -> Self {
+        let mut out = self.0;
+        for (a, b) in out.iter_mut().zip(other.0) {
+            *a = (*a & 0xffff_ffff) * (b & 0xffff_ffff);
+        }
+        Self(out)
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u64; 16]) -> Self {
+        Self(self.0.map(|v| table[(v & 15) as usize]))
+    }
+    #[inline(always)]
+    fn interleave(self, odd: Self) -> Self {
+        let mut out = self.0;
+        for (a, b) in out.iter_mut().zip(odd.0) {
+            *a = spread(*a) | (spread(b) << 1);
+        }
+        Self(out)
     }
     #[inline(always)]
     fn unspread_bytes(self) -> Self {

@@ -119,6 +119,13 @@ report(
     mpf(0), mpf("0.50005"), 17,
 )
 report(
+    "rough asin: the same, shorter",
+    safe(lambda z: (mp.asin(mp.sqrt(z)) / mp.sqrt(z) - 1) / z,
+         [mp.binomial(2 * k, k) / (4**k * (2 * k + 1)) for k in range(1, 9)]),
+    lambda z: max(z, mpf("1e-9")) * (mp.sqrt(z) / mp.asin(mp.sqrt(z)) if z else 1),
+    mpf(0), mpf("0.5"), 10,
+)
+report(
     "atan: (atan x - x)/x^3 in z = x^2, relative to atan",
     safe(lambda z: (mp.atan(mp.sqrt(z)) - mp.sqrt(z)) / mp.sqrt(z) ** 3,
          [mpf((-1) ** k) / (2 * k + 1) for k in range(1, 9)]),

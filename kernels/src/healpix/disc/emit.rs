@@ -29,6 +29,27 @@ impl<F: FnMut(Range<u64>)> Emitter<F> {
         }
     }
 
+    /// Hands on ranges of which none is empty, or touches another or those before.
+    #[inline(always)]
+    pub(super) fn push_apart(&mut self, start: &[u64], end: &[u64]) {
+        self.flush();
+        self.pending = 0..0;
+        for (&start, &end) in start.iter().zip(end) {
+            (self.each)(start..end);
+        }
+    }
+
+    /// Hands on all but `holes`, `end` … `start` of each, from `pixels`; no two touch, or the ends of `pixels`.
+    #[inline(always)]
+    pub(super) fn push_around(&mut self, pixels: Range<u64>, start: &[u64], end: &[u64]) {
+        self.push(pixels.start..pixels.start + 1);
+        for (&start, &end) in start.iter().zip(end) {
+            (self.each)(self.pending.start..end);
+            self.pending.start = start;
+        }
+        self.pending.end = pixels.end;
+    }
+
     #[inline(always)]
     fn flush(&mut self) {
         if !self.pending.is_empty() {

@@ -6,16 +6,19 @@
 //!
 //! a form that keeps its digits for small discs and at the poles. On a ring it is solved for φ; RING ranges come ring by
 //! ring, at a cost of one arcsine a ring. NESTED ranges come from a walk down the quadtree that drops quads farther away
-//! than their radius, takes those wholly inside, and opens the others: a cost per pixel of the rim.
+//! than their radius, takes those wholly inside, and opens the others: a cost per pixel of the rim. It begins with the
+//! twelve faces, or, for a disc within one face, with a few pixels about as large as the disc.
 //!
 //! Nothing is allocated: ranges are handed to the caller's closure in ascending order, disjoint, neighbouring ones joined.
 
 mod emit;
 mod nested;
 mod ring;
+mod window;
 
 pub use nested::nested_ranges;
 pub use ring::ring_ranges;
+pub(super) use window::Window;
 
 use crate::scalar;
 

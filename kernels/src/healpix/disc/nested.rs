@@ -6,10 +6,11 @@ use super::super::vector::{self, LEVELS, Near, Quads};
 use super::super::{Location, Nside};
 use super::emit::Emitter;
 use super::ring::chord2_between;
+use super::window::Window;
 use super::{Inclusion, squared_chord};
-use crate::Error;
 use crate::healpix::location::domain;
 use crate::simd::Level;
+use crate::{Error, scalar};
 use core::f64::consts::PI;
 use core::ops::Range;
 
@@ -54,34 +55,52 @@ pub fn nested_ranges(
         out.finish();
         return Ok(());
     }
-    let chord2 = squared_chord(radius);
-    let Bounds {
-        mut outside,
-        mut inside,
-    } = Bounds::new(radius);
+    let is_plain = inclusion == Inclusion::Centres;
+    let (sin, cos) = scalar::sin_cos(0.5 * radius);
+    let chord2 = 4.0 * sin * sin;
+    let mut start = None;
+    if is_plain && let Some(window) = Window::around(centre, radius) {
+        if let Some(pixel) = window.only(order) {
+            let there = location_valid(nside, pixel.to_ring(nside));
+            if chord2_between(there, centre) <= chord2 {
+                let number = pixel.to_nested(order);
+                out.push(number..number + 1);
+            }
+            out.finish();
+            return Ok(());
+        }
+        start = window.level(order).map(|level| (window, level));
+    }
+    let mut near = Near {
+        centre,
+        turns: 0.25 * quarter_turns(centre.phi),
+        order,
+        start,
+        outer: [4.0; LEVELS],
+        inner: [-1.0; LEVELS],
+    };
+    if is_plain {
+        for level in near.levels() {
+            near.set(level, quick_bounds(sin, cos, level));
+        }
+    } else {
+        for level in 0..deepest + 1 {
+            near.set(level, bounds(radius, level));
+        }
+    }
+    // At the level of the map, centres decide; around them, sub-pixels do.
+    let outer = if is_plain {
+        chord2
+    } else {
+        bounds(radius, order).0
+    };
+    near.set(order, (outer, chord2.next_up()));
     let rim = Rim {
         order,
         deepest,
         centre,
         chord2,
-        outside,
-    };
-    if let (Some(outer), Some(inner)) = (
-        outside.get_mut(order as usize),
-        inside.get_mut(order as usize),
-    ) {
-        // At the level of the map, centres decide; around them, sub-pixels do.
-        *inner = chord2.next_up();
-        if inclusion == Inclusion::Centres {
-            *outer = chord2;
-        }
-    }
-    let near = Near {
-        centre,
-        turns: 0.25 * quarter_turns(centre.phi),
-        order,
-        outer: outside,
-        inner: inside,
+        outside: &near.outer,
     };
     let mut leaves = Leaves { rim, out: &mut out };
     vector::quads(level, &near, &mut leaves);
@@ -89,47 +108,53 @@ pub fn nested_ranges(
     Ok(())
 }
 
-/// Squared chords of radius ± pixel radius on every level.
-struct Bounds {
-    outside: [f64; LEVELS],
-    inside: [f64; LEVELS],
+/// Squared chords of radius + and − the greatest radius of a pixel on a level, the latter −1 if there is none.
+fn bounds(radius: f64, level: u32) -> (f64, f64) {
+    let Ok(nside) = Nside::new(1 << level) else {
+        return (4.0, -1.0);
+    };
+    let pixel = nside.max_pixel_radius();
+    let inside = if radius > pixel {
+        squared_chord(radius - pixel)
+    } else {
+        -1.0
+    };
+    (squared_chord((radius + pixel).min(PI)), inside)
 }
 
-impl Bounds {
-    fn new(radius: f64) -> Self {
-        let mut bounds = Self {
-            outside: [4.0; LEVELS],
-            inside: [-1.0; LEVELS],
-        };
-        for (level, (outside, inside)) in bounds
-            .outside
-            .iter_mut()
-            .zip(&mut bounds.inside)
-            .enumerate()
-        {
-            let Ok(nside) = Nside::new(1 << level) else {
-                break;
-            };
-            let pixel = nside.max_pixel_radius();
-            *outside = squared_chord((radius + pixel).min(PI));
-            if radius > pixel {
-                *inside = squared_chord(radius - pixel);
-            }
-        }
-        bounds
-    }
+/// A little more and a little less than those, from the sine and cosine of half the radius r.
+///
+/// The sine of half a pixel's radius p is below 0.5345/Nside, the limit for fine grids; sin(r/2 ± p/2) is from the addition
+/// theorem, with bounds for cos(p/2).
+#[inline]
+fn quick_bounds(sin: f64, cos: f64, level: u32) -> (f64, f64) {
+    let pixel = 0.5345 / (1_u64 << level) as f64;
+    let square = pixel * pixel;
+    let (most, least) = (1.0 - 0.5 * square, 1.0 - 0.5 * square * (1.0 + square));
+    let outer = if cos > pixel {
+        sin * most + cos * pixel
+    } else {
+        1.0
+    };
+    let inner = sin * least - cos * pixel;
+    let inside = if inner > 0.0 {
+        4.0 * inner * inner
+    } else {
+        -1.0
+    };
+    (4.0 * outer * outer, inside)
 }
 
 /// Pixels whose sub-pixels decide.
-struct Rim {
+struct Rim<'a> {
     order: u32,
     deepest: u32,
     centre: Location,
     chord2: f64,
-    outside: [f64; LEVELS],
+    outside: &'a [f64; LEVELS],
 }
 
-impl Rim {
+impl Rim<'_> {
     /// Does a pixel of the map's level overlap with the disc? Its centre lies outside, but not too far.
     ///
     /// Depth first, without a stack: the next pixel of a level is the next number, and a number divisible by four means
@@ -170,7 +195,7 @@ impl Rim {
 
 /// Hands pixels on as ranges.
 struct Leaves<'a, F: FnMut(Range<u64>)> {
-    rim: Rim,
+    rim: Rim<'a>,
     out: &'a mut Emitter<F>,
 }
 

@@ -118,6 +118,14 @@ impl<F: FnMut(Range<u64>)> Arcs for Emitter<F> {
     fn range(&mut self, start: u64, end: u64) {
         self.push(start..end);
     }
+    #[inline(always)]
+    fn ranges_apart(&mut self, start: &[u64], end: &[u64]) {
+        self.push_apart(start, end);
+    }
+    #[inline(always)]
+    fn ranges_around(&mut self, pixels: Range<u64>, start: &[u64], end: &[u64]) {
+        self.push_around(pixels, start, end);
+    }
     fn arc(&mut self, arc: Arc) {
         self.push_arc(arc);
     }
@@ -134,6 +142,12 @@ impl<F: FnMut(Range<u64>)> Arcs for Trimmed<'_, F> {
 
     fn range(&mut self, start: u64, end: u64) {
         self.out.push(start..end);
+    }
+    fn ranges_apart(&mut self, start: &[u64], end: &[u64]) {
+        self.out.push_apart(start, end);
+    }
+    fn ranges_around(&mut self, pixels: Range<u64>, start: &[u64], end: &[u64]) {
+        self.out.push_around(pixels, start, end);
     }
     fn arc(&mut self, arc: Arc) {
         self.out.push_arc(self.rim.trimmed(arc));

@@ -14,6 +14,7 @@
 mod degrade;
 mod reorder;
 mod stretch;
+mod tiles;
 mod upgrade;
 
 pub use degrade::{degrade_ring, degrade_ring_range};

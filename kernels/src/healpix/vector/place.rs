@@ -95,30 +95,6 @@ impl<L: Lanes> Grid<L> {
         }
     }
 
-    /// The pixel of its face of a RING pixel.
-    #[inline(always)]
-    pub(super) fn face_of_ring(&self, pixel: L) -> FacePixels<L> {
-        // Both halves of the sky as the northern one.
-        let mirrored = (self.npix - self.one) - pixel;
-        let from_pole = pixel.min(mirrored);
-        let south = mirrored.lt(pixel);
-        let cap = from_pole.lt(self.cap);
-        let in_belt = from_pole - self.cap;
-        let row = Self::quotient(in_belt, self.inverse_turn, self.half_inverse_turn);
-        let index = row.neg_mul_add(self.turn, in_belt);
-        if !cap.any() {
-            return self.face_of_rising(south, row, self.rising_in_belt(south, row, index));
-        }
-        let (ring, polar) = self.polar_place(from_pole);
-        let rising = L::select(
-            cap,
-            self.rising_in_cap(ring, polar),
-            self.rising_in_belt(south, row, index),
-        );
-        let row = L::select(cap, ring - self.n, row);
-        self.face_of_rising(south, row, rising)
-    }
-
     /// Rising edges up to a place on a ring of the belt, `row` rings from the edge of the nearer cap.
     ///
     /// In the southern half places count from the ring's end. Where the ring is not shifted (odd rows), the mirror image
@@ -287,7 +263,7 @@ impl<L: Lanes> Grid<L> {
         let token = self.token;
         let (x, y) = (at.x.to_whole(token), at.y.to_whole(token));
         let base = (at.face * self.face).to_whole(token);
-        (x | y.shl::<32>()).interleave(token) | base
+        x.interleave(y) | base
     }
 
     /// The RING number of the pixel after so many edges.

@@ -405,43 +405,25 @@ pub(in super::super) fn pix2vec<const NESTED: bool>(
 }
 
 #[inline(always)]
-fn reorder_body<L: Lanes, const TO_NESTED: bool>(
+fn nest2ring_body<L: Lanes>(
     token: L::Token,
     nside: Nside,
-    from: &[u64],
-    to: &mut [u64],
+    nested: &[u64],
+    ring: &mut [u64],
 ) -> bool {
-    let n = count(from.len());
-    let from = Reads::new(from);
-    if !all_exist::<L>(token, nside.npix(), &from, n) {
+    let n = count(nested.len());
+    let nested = Reads::new(nested);
+    if !all_exist::<L>(token, nside.npix(), &nested, n) {
         return false;
     }
     let grid = Grid::<L>::new(token, nside);
-    let mut to = Writes::new(to);
+    let mut ring = Writes::new(ring);
     for k in 0..n {
-        let pixel = L::Bits::load(token, from.get(k));
-        let number = if TO_NESTED {
-            grid.nested_of_face(grid.face_of_ring(L::from_whole(token, pixel)))
-        } else {
-            grid.ring_of_place(grid.place::<true>(pixel))
-                .to_whole(token)
-        };
-        number.store(to.get(k));
+        let place = grid.place::<true>(L::Bits::load(token, nested.get(k)));
+        grid.ring_of_place(place).to_whole(token).store(ring.get(k));
     }
-    to.finish();
+    ring.finish();
     true
-}
-
-/// NESTED numbers of RING pixels; false, and nothing written, if one does not exist. Both slices are equally long.
-pub(in super::super) fn ring2nest(
-    level: Level,
-    nside: Nside,
-    ring: &[u64],
-    nested: &mut [u64],
-) -> bool {
-    dispatch!(level, |token: L| reorder_body::<L, true>(
-        token, nside, ring, nested
-    ))
 }
 
 /// RING numbers of NESTED pixels; false, and nothing written, if one does not exist. Both slices are equally long.
@@ -451,7 +433,7 @@ pub(in super::super) fn nest2ring(
     nested: &[u64],
     ring: &mut [u64],
 ) -> bool {
-    dispatch!(level, |token: L| reorder_body::<L, false>(
+    dispatch!(level, |token: L| nest2ring_body::<L>(
         token, nside, nested, ring
     ))
 }

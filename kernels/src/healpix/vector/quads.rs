@@ -1,7 +1,7 @@
 //! The pixels of a quadtree near a point, 64 at a time.
 //!
 //! ```text
-//! for each face that is near: open it
+//! for each face that is near, or for the few pixels of a level that hold a small disc: open it
 //! open a pixel: squared chords to the 4^k pixels k = 1 … 3 levels down → bits, in NESTED order
 //!     inside bits, the runs of them:  handed on as ranges
 //!     other near bits:                opened; at the last level, handed on as pixels of the rim
@@ -14,7 +14,8 @@
 //!   face; sin² πv = 4 h (1 − h) with h = sin² πv/2, which needs a sine below π/4 only and keeps its digits at v → 0.
 
 use super::super::Location;
-use super::super::faces::{gather_bits, spread_bits};
+use super::super::disc::Window;
+use super::super::faces::{FacePixel, gather_bits, spread_bits};
 use super::grid::SQRT_6;
 use crate::dispatch;
 use crate::simd::atan::sine;
@@ -31,6 +32,8 @@ pub(in super::super) struct Near {
     pub(in super::super) turns: f64,
     /// The last level.
     pub(in super::super) order: u32,
+    /// Where all is on one face, where there, and on which level to begin; else with the faces.
+    pub(in super::super) start: Option<(Window, u32)>,
     /// By level: pixels whose centre's squared chord is at most this may hold something near …
     pub(in super::super) outer: [f64; LEVELS],
     /// … and those below this are near altogether.
@@ -66,6 +69,12 @@ const SPREAD: [u32; 256] = {
 const FACE_TURNS: [f64; 12] = [
     0.125, 0.375, 0.625, 0.875, 0.0, 0.25, 0.5, 0.75, 0.125, 0.375, 0.625, 0.875,
 ];
+
+const NOWHERE: FacePixel = FacePixel {
+    face: 0,
+    x: 0,
+    y: 0,
+};
 
 /// A pixel of the tree.
 #[derive(Clone, Copy, Default)]
@@ -137,9 +146,38 @@ impl Near {
         )
     }
 
-    /// Which of the pixels `k` levels below `at` are near.
+    /// How many levels the first step goes down: so many that the others go down three.
     #[inline(always)]
-    fn open<L: Lanes>(&self, token: L::Token, at: Pixel, k: u32) -> Found {
+    const fn first_step(&self) -> u32 {
+        match (self.start, self.order) {
+            (Some(_), _) => 3,
+            (None, 0) => 0,
+            (None, order) => (order - 1) % 3 + 1,
+        }
+    }
+
+    /// Sets the bounds of a level.
+    #[inline(always)]
+    pub(in super::super) fn set(&mut self, level: u32, (outer, inner): (f64, f64)) {
+        let level = level as usize;
+        if let (Some(o), Some(i)) = (self.outer.get_mut(level), self.inner.get_mut(level)) {
+            (*o, *i) = (outer, inner);
+        }
+    }
+
+    /// The levels visited.
+    pub(in super::super) fn levels(&self) -> impl Iterator<Item = u32> + use<> {
+        let first = match self.start {
+            Some((_, level)) => level,
+            None => 0,
+        };
+        let next = first + self.first_step();
+        core::iter::once(first).chain((next..self.order + 1).step_by(3))
+    }
+
+    /// Which of the pixels `k` levels below `at` are near; below those first opened, only the window's rows are searched.
+    #[inline(always)]
+    fn open<L: Lanes>(&self, token: L::Token, at: Pixel, k: u32, root: bool) -> Found {
         let first = Pixel {
             level: at.level + k,
             face: at.face,
@@ -170,11 +208,17 @@ impl Near {
         let inner = L::splat(token, self.inner.get(level).copied().unwrap_or(0.0));
         let face_turns = FACE_TURNS.get(at.face as usize).copied().unwrap_or(0.0);
         let offset = L::splat(token, face_turns - self.turns);
-        let mut across = L::splat(token, x - y) + L::load(token, &ZERO_TO_SEVEN);
+        let (mut from, mut to) = (0, 1 << k);
+        if root && let Some((window, _)) = self.start {
+            let [south, north] = window.rows(first.level);
+            from = south.saturating_sub(first.y).min(8);
+            to = (north + 1).saturating_sub(first.y).min(to);
+        }
+        let mut across = L::splat(token, x - (y + from as f64)) + L::load(token, &ZERO_TO_SEVEN);
         let one = L::splat(token, 1.0);
         let (mut near, mut inside) = (0, 0);
         let row_bits = [1, 3, 15, 255][k as usize & 3];
-        for dy in 0..1_usize << k {
+        for dy in from as usize..to as usize {
             let (Some(apart), Some(scale), Some(step)) = (
                 part(&circles.apart, dy),
                 part(&circles.scale, dy),
@@ -224,33 +268,49 @@ impl Near {
 
     #[inline(always)]
     fn walk<L: Lanes, Q: Quads>(&self, token: L::Token, to: &mut Q) {
-        let (near, inside) = self.faces::<L>(token);
-        // The first step goes so far that the others are of three levels.
-        let first_step = match self.order {
-            0 => 0,
-            order => (order - 1) % 3 + 1,
+        let (near, inside, tiles) = match self.start {
+            Some((window, level)) => (15, 0, window.corners(level)),
+            None => {
+                let (near, inside) = self.faces::<L>(token);
+                (near, inside, [NOWHERE; 4])
+            }
         };
+        let first_step = self.first_step();
         let mut stack = [Found::default(); LEVELS / 3 + 1];
-        for face in 0..12_u32 {
-            if (near >> face) & 1 == 0 {
+        let mut last = u64::MAX;
+        for i in 0..12_u32 {
+            if (near >> i) & 1 == 0 {
                 continue;
             }
-            let number = u64::from(face);
-            if (inside >> face) & 1 == 1 {
-                to.range(number << (2 * self.order), (number + 1) << (2 * self.order));
+            let at = match (self.start, tiles.get(i as usize)) {
+                (Some((_, level)), Some(&tile)) => Pixel {
+                    level,
+                    face: tile.face as u32,
+                    x: tile.x,
+                    y: tile.y,
+                    number: tile.to_nested(level),
+                },
+                _ => Pixel {
+                    face: i,
+                    number: u64::from(i),
+                    ..Pixel::default()
+                },
+            };
+            if at.number == last {
+                continue;
+            }
+            last = at.number;
+            if (inside >> i) & 1 == 1 {
+                let below = 2 * self.order;
+                to.range(at.number << below, (at.number + 1) << below);
                 continue;
             }
             if self.order == 0 {
-                to.rim(number);
+                to.rim(at.number);
                 continue;
             }
-            let at = Pixel {
-                face,
-                number,
-                ..Pixel::default()
-            };
             let mut depth = 0;
-            stack[0] = self.open::<L>(token, at, first_step);
+            stack[0] = self.open::<L>(token, at, first_step, true);
             while let Some(found) = stack.get_mut(depth) {
                 if found.near == 0 {
                     if depth == 0 {
@@ -282,14 +342,14 @@ impl Near {
                 }
                 let child = Pixel {
                     level: first.level,
-                    face,
+                    face: at.face,
                     x: first.x + gather_bits(i),
                     y: first.y + gather_bits(i >> 1),
                     number: first.number + i,
                 };
                 depth += 1;
                 if let Some(next) = stack.get_mut(depth) {
-                    *next = self.open::<L>(token, child, 3);
+                    *next = self.open::<L>(token, child, 3, false);
                 }
             }
         }

@@ -78,6 +78,7 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+mod bits;
 pub mod error;
 pub mod field;
 pub mod fit;

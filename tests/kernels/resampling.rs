@@ -56,18 +56,12 @@ impl Ready {
         }
     }
 
-    fn layout(&self) -> Layout {
-        Layout {
-            order: self.carriers.len(),
-            block: 1,
-        }
-    }
-
     /// Phases (orders, equidistant blocks) → (blocks of the map, orders).
     fn apply(&mut self, level: Level, phases: &[PhaseBlock]) -> Vec<PhaseBlock> {
         let mut coarse = vec![Eight::default(); self.coarse.0.len()];
         let mut fine = vec![Aligned([[f64::NAN; 8]; 2]); self.fine.0.len() + 2 * MARGIN];
-        grid_from_phases(level, phases, self.layout(), &self.carriers, 0, &mut coarse).unwrap();
+        let blocks = self.carriers.len();
+        grid_from_phases(level, phases, blocks, &self.carriers, &mut coarse).unwrap();
         let mut scratch = std::mem::take(&mut self.scratch);
         self.resampling()
             .refine(level, &mut coarse, &mut fine, &mut scratch)
@@ -89,8 +83,9 @@ impl Ready {
             .coarsen(level, &mut fine, &mut coarse, &mut scratch)
             .unwrap();
         self.scratch = scratch;
-        let mut out = vec![PhaseBlock::default(); ORDERS * self.carriers.len()];
-        phases_from_grid(level, &coarse, 0, &self.carriers, &mut out, self.layout()).unwrap();
+        let blocks = self.carriers.len();
+        let mut out = vec![PhaseBlock::default(); ORDERS * blocks];
+        phases_from_grid(level, &coarse, &self.carriers, &mut out, blocks).unwrap();
         out
     }
 }
@@ -259,10 +254,10 @@ fn edge_lengths_resampling() {
     let level = Level::detect();
     let phases = vec![PhaseBlock::default(); 7];
     let mut grid = vec![Eight::default(); 12];
-    let (layout, carriers) = (ready.layout(), &ready.carriers);
-    assert!(grid_from_phases(level, &phases, layout, carriers, 0, &mut grid).is_err());
+    let (carriers, step) = (&ready.carriers, ready.carriers.len());
+    assert!(grid_from_phases(level, &phases, step, carriers, &mut grid).is_err());
     let mut out = vec![PhaseBlock::default(); 7];
-    assert!(phases_from_grid(level, &grid, 0, carriers, &mut out, layout).is_err());
+    assert!(phases_from_grid(level, &grid, carriers, &mut out, step).is_err());
     assert!(phases_from_fine(level, &grid, &ready.taps, &mut out).is_err());
     assert!(add_to_fine(level, &phases, &[], &ready.taps[0], &mut grid).is_err());
     let mut scratch = vec![Eight::default(); 64];

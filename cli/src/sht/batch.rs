@@ -9,7 +9,7 @@ use super::group::{Alm, Grid, Part, sound};
 use super::workers::{Scratch, room};
 use dust3d_kernels::fourier::Eight;
 use dust3d_kernels::sht::{
-    Layout, ORDERS, PhaseBlock, PhaseIndex, PhaseTile, RingTaps, add_to_fine, grid_from_phases,
+    ORDERS, PhaseBlock, PhaseIndex, PhaseTile, RingTaps, add_to_fine, grid_from_phases,
     phases_from_fine, phases_from_grid,
 };
 use std::ops::Range;
@@ -50,6 +50,13 @@ impl Part<'_> {
                 places.extend(blocks.clone().map(|block| place(channel, block)));
             }
         }
+    }
+
+    /// Collects the places in rows, those of an order by (channel, block), and gives the length of a row.
+    fn row_places(&self, grid: Grid<'_>, places: &mut Vec<usize>) -> usize {
+        let blocks = grid.rings.len();
+        self.places(grid, places, |channel, block| channel * blocks + block);
+        self.channels.count() * blocks
     }
 
     /// Sets what the Legendre stage leaves out to zero: rings beyond the polar limit, orders beyond lmax. `step`: from an
@@ -104,15 +111,13 @@ impl Part<'_> {
         let grid = self.grid(batch);
         let mut places = std::mem::take(&mut own.places);
         if let Some(equidistant) = grid.equidistant {
-            let blocks = grid.rings.len();
-            let row = self.channels.count() * blocks;
+            let row = self.row_places(grid, &mut places);
             let mut all = std::mem::take(&mut own.rows);
             let rows = room(&mut all, ORDERS * row);
-            self.places(grid, &mut places, |channel, block| channel * blocks + block);
             self.orders(own, grid, batch, alms, (&places, row), rows);
             let taps = &equidistant.taps[active.clone()];
             for (channel, tiles) in tiles.chunks_exact_mut(active.len()).enumerate() {
-                let rows = &rows[channel * blocks..];
+                let rows = &rows[channel * grid.rings.len()..];
                 self.refine(equidistant, &mut own.resampling, (rows, row), taps, tiles);
             }
             own.rows = all;
@@ -149,12 +154,11 @@ impl Part<'_> {
         };
         let mut places = std::mem::take(&mut own.places);
         if let Some(equidistant) = grid.equidistant {
-            let blocks = grid.rings.len();
-            let row = self.channels.count() * blocks;
+            let row = self.row_places(grid, &mut places);
             let mut all = std::mem::take(&mut own.rows);
             let rows = room(&mut all, ORDERS * row);
             for channel in 0..self.channels.count() {
-                let rows = &mut rows[channel * blocks..];
+                let rows = &mut rows[channel * grid.rings.len()..];
                 let tile = |block| &tiles[tile_at(channel, block)];
                 self.coarsen(
                     equidistant,
@@ -164,7 +168,6 @@ impl Part<'_> {
                     (rows, row),
                 );
             }
-            self.places(grid, &mut places, |channel, block| channel * blocks + block);
             self.orders_adjoint(own, grid, batch, (&places, row), rows, alms);
             own.rows = all;
         } else {
@@ -215,23 +218,21 @@ impl Part<'_> {
         }
     }
 
-    /// F_m of one channel on the equidistant rings, `order` blocks from one order to the next → on those of the map.
+    /// F_m of one channel on the equidistant rings, `step` blocks from one order to the next → on those of the map.
     fn refine(
         &self,
         equidistant: &Equidistant,
-        room: &mut ResamplingRoom,
-        (rows, order): (&[PhaseBlock], usize),
+        own: &mut ResamplingRoom,
+        (rows, step): (&[PhaseBlock], usize),
         taps: &[RingTaps],
         tiles: &mut [PhaseTile],
     ) {
-        let layout = Layout { order, block: 1 };
-        let (coarse, fine, scratch) = equidistant.room(room);
+        let (coarse, fine, scratch) = equidistant.room(own);
         sound(grid_from_phases(
             self.level,
             rows,
-            layout,
+            step,
             &equidistant.carriers,
-            0,
             coarse,
         ));
         let resampling = equidistant.resampling();
@@ -244,13 +245,12 @@ impl Part<'_> {
     fn coarsen<'a>(
         &self,
         equidistant: &Equidistant,
-        room: &mut ResamplingRoom,
+        own: &mut ResamplingRoom,
         tile: impl Fn(usize) -> &'a PhaseTile,
         active: Range<usize>,
-        (rows, order): (&mut [PhaseBlock], usize),
+        (rows, step): (&mut [PhaseBlock], usize),
     ) {
-        let layout = Layout { order, block: 1 };
-        let (coarse, fine, scratch) = equidistant.room(room);
+        let (coarse, fine, scratch) = equidistant.room(own);
         fine.fill(Eight::default());
         for block in active.clone() {
             let next = tile((block + 1).min(active.end - 1));
@@ -262,10 +262,9 @@ impl Part<'_> {
         sound(phases_from_grid(
             self.level,
             coarse,
-            0,
             &equidistant.carriers,
             rows,
-            layout,
+            step,
         ));
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! ```text
 //! synthesis                                            adjoint
-//!   for m: x[±m] ← e^{imφ₀} (N_m ± …)              x ← pixels, transposed
+//!   for m: x[±m] ← e^{imφ₀} (N_m ± …)                    x ← pixels, transposed
 //!   the harmonics between: 0; those that alias: added    forward transform
 //!   backward transform                                   for m: N_m, S_m from x[m], x[−m]
 //!   pixels ← x, transposed
@@ -31,7 +31,6 @@ fn spectrum_body<L: Lanes>(
     data: &mut [Eight],
 ) -> Option<()> {
     let n = data.len();
-    let one = L::splat(token, 1.0);
     // orders up to `plain` have harmonics of their own
     let plain = orders.min(n.div_ceil(2));
     let mut gap = fourier.places(plain);
@@ -46,7 +45,7 @@ fn spectrum_body<L: Lanes>(
         if let Some(next) = places.get(m / ORDERS + 1).and_then(|&k| tiles.get(k)) {
             prefetch::<L>(token, &next[m % ORDERS]);
         }
-        let (c, s) = phase::<L>(token, m, table, one)?;
+        let (c, s) = phase::<L>(token, m, table)?;
         let block = tiles.get(*places.get(m / ORDERS)?)?.get(m % ORDERS)?;
         let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
         let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
@@ -120,7 +119,8 @@ fn phases_body<L: Lanes>(
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
     for m in 0..orders {
-        let (c, s) = phase::<L>(token, m, table, scale)?;
+        let (c, s) = phase::<L>(token, m, table)?;
+        let (c, s) = (c * scale, s * scale);
         let k = m % n;
         if k == 0 {
             up = fourier.places(0);

@@ -55,7 +55,7 @@ pub use mixing::{
 };
 pub use recurrence::{Step, epsilon_len, epsilon_table, start_norms, step_count, step_table};
 pub use resampling::{
-    Carrier, Layout, ORDERS, Resampling, equidistant_carriers, grid_from_phases, phases_from_grid,
+    Carrier, ORDERS, Resampling, equidistant_carriers, grid_from_phases, phases_from_grid,
     resampling_factors, resampling_lengths,
 };
 pub use ring_spectrum::{

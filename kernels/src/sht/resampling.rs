@@ -79,15 +79,6 @@ pub fn equidistant_carriers(coarse: usize, out: &mut [Carrier]) {
     }
 }
 
-/// Where the phases of eight orders lie: steps between orders and between blocks.
-#[derive(Clone, Copy, Debug)]
-pub struct Layout {
-    /// From an order to the next.
-    pub order: usize,
-    /// From a block to the next.
-    pub block: usize,
-}
-
 /// Northern and southern values of eight rings, a vector of orders each: real and imaginary north, the same south.
 pub(super) type Values<L> = [[L; 8]; 4];
 
@@ -175,17 +166,15 @@ pub(super) fn whole<L: Lanes>(
 fn gather_body<L: Lanes>(
     token: L::Token,
     phases: &[PhaseBlock],
-    layout: Layout,
+    step: usize,
     carriers: &[Carrier],
-    first: usize,
     grid: &mut [Eight],
 ) -> Option<()> {
     let n = grid.len();
     for (b, carrier) in carriers.iter().enumerate() {
-        let place = (b * layout.block, layout.order);
-        let v = halves::<L>(token, phases, place, carrier)?;
+        let v = halves::<L>(token, phases, (b, step), carrier)?;
         for lane in 0..8 {
-            let j = first + 8 * b + lane;
+            let j = 8 * b + lane;
             if 2 * j >= n {
                 break;
             }
@@ -200,49 +189,44 @@ fn gather_body<L: Lanes>(
     Some(())
 }
 
-/// F of eight orders on consecutive blocks of equidistant rings → the functions of period π on the grid `grid`.
+/// F of eight orders on the blocks of equidistant rings → the functions of period π on the grid `grid`.
 ///
-/// `first`: ring pair where the blocks start; `phases` as `layout` says.
+/// `phases`: those of an order one after another, `step` from an order to the next.
 ///
 /// # Errors
 /// [`Error::Length`] unless `phases` hold the blocks.
 pub fn grid_from_phases(
     level: Level,
     phases: &[PhaseBlock],
-    layout: Layout,
+    step: usize,
     carriers: &[Carrier],
-    first: usize,
     grid: &mut [Eight],
 ) -> Result<(), Error> {
-    check(phases.len(), layout, carriers.len())?;
+    check(phases.len(), step, carriers.len())?;
     crate::dispatch!(level, |token: L| gather_body::<L>(
-        token, phases, layout, carriers, first, grid
+        token, phases, step, carriers, grid
     ));
     Ok(())
 }
 
-fn check(phases: usize, layout: Layout, blocks: usize) -> Result<(), Error> {
-    if blocks > 0 {
-        let need = (ORDERS - 1) * layout.order + (blocks - 1) * layout.block + 1;
-        Error::check_scratch("phases", need, phases)?;
-    }
-    Ok(())
+fn check(phases: usize, step: usize, blocks: usize) -> Result<(), Error> {
+    let need = step.saturating_mul(ORDERS - 1).saturating_add(blocks);
+    Error::check_scratch("phases", need, phases)
 }
 
 #[inline(always)]
 fn scatter_body<L: Lanes>(
     token: L::Token,
     grid: &[Eight],
-    first: usize,
     carriers: &[Carrier],
     phases: &mut [PhaseBlock],
-    layout: Layout,
+    step: usize,
 ) -> Option<()> {
     let n = grid.len();
     for (b, carrier) in carriers.iter().enumerate() {
         let mut v = [[L::splat(token, 0.0); 8]; 4];
         for lane in 0..8 {
-            let j = first + 8 * b + lane;
+            let j = 8 * b + lane;
             if 2 * j >= n {
                 break;
             }
@@ -252,8 +236,7 @@ fn scatter_body<L: Lanes>(
             v[2][lane] = L::load(token, &south[0]);
             v[3][lane] = L::load(token, &south[1]);
         }
-        let place = (b * layout.block, layout.order);
-        whole::<L>(token, v, phases, place, carrier)?;
+        whole::<L>(token, v, phases, (b, step), carrier)?;
     }
     Some(())
 }
@@ -265,14 +248,13 @@ fn scatter_body<L: Lanes>(
 pub fn phases_from_grid(
     level: Level,
     grid: &[Eight],
-    first: usize,
     carriers: &[Carrier],
     phases: &mut [PhaseBlock],
-    layout: Layout,
+    step: usize,
 ) -> Result<(), Error> {
-    check(phases.len(), layout, carriers.len())?;
+    check(phases.len(), step, carriers.len())?;
     crate::dispatch!(level, |token: L| scatter_body::<L>(
-        token, grid, first, carriers, phases, layout
+        token, grid, carriers, phases, step
     ));
     Ok(())
 }

@@ -89,22 +89,14 @@ pub fn phase_table(shapes: &RingShapes, out: &mut [PhaseTable]) {
     }
 }
 
-/// e^{imφ₀} times `scale`.
+/// cos and sin of mφ₀.
 #[inline(always)]
-pub(super) fn phase<L: Lanes>(
-    token: L::Token,
-    m: usize,
-    table: &[PhaseTable],
-    scale: L,
-) -> Option<(L, L)> {
+pub(super) fn phase<L: Lanes>(token: L::Token, m: usize, table: &[PhaseTable]) -> Option<(L, L)> {
     let fine = table.get(m % FINE)?;
     let coarse = table.get(FINE + m / FINE)?;
     let (c0, s0) = (L::load(token, &fine[0]), L::load(token, &fine[1]));
     let (c1, s1) = (L::load(token, &coarse[0]), L::load(token, &coarse[1]));
-    Some((
-        c0.mul_sub(c1, s0 * s1) * scale,
-        c0.mul_add(s1, s0 * c1) * scale,
-    ))
+    Some((c0.mul_sub(c1, s0 * s1), c0.mul_add(s1, s0 * c1)))
 }
 
 /// Start of each ring pair's spectrum.
@@ -163,7 +155,6 @@ fn spectrum_body<L: Lanes>(
     spectra: &mut [Complex<f64>],
 ) {
     let starts = starts(shapes);
-    let one = L::splat(token, 1.0);
     let distinct = all_distinct(shapes, orders);
     if !distinct {
         spectra.fill(Complex::default());
@@ -179,7 +170,7 @@ fn spectrum_body<L: Lanes>(
         let zero = L::splat(token, 0.0);
         let mut parts = [[zero; BATCH]; 4];
         for j in 0..count {
-            let Some(rotation) = phase::<L>(token, first + j, table, one) else {
+            let Some(rotation) = phase::<L>(token, first + j, table) else {
                 return;
             };
             if let Some(next) = next {
@@ -250,8 +241,7 @@ fn spectrum_body<L: Lanes>(
 
 /// F_m of a block of ring pairs → their spectra, one after another in `spectra`, ready for a forward FFT.
 ///
-/// Orders 8k … 8k + 7 are `tiles[places[k]]`, `orders` in all; `scale` multiplies each ring pair (ones, or 1/sin²θ);
-/// `table` from [`phase_table`].
+/// Orders 8k … 8k + 7 are `tiles[places[k]]`, `orders` in all; `table` from [`phase_table`].
 ///
 /// # Errors
 /// [`Error::Length`] unless `spectra` is as long as the shapes say and there is a place within `tiles` for all orders.
@@ -343,9 +333,10 @@ fn phases_body<L: Lanes>(
         }
         for j in 0..count {
             let m = first + j;
-            let Some((c, s)) = phase::<L>(token, m, table, scale) else {
+            let Some((c, s)) = phase::<L>(token, m, table) else {
                 return;
             };
+            let (c, s) = (c * scale, s * scale);
             let block = &mut tile[j];
             let (pr, pi) = (parts[0][j], parts[1][j]);
             let (mr, mi) = (parts[2][j], parts[3][j]);

@@ -1,6 +1,7 @@
 //! The level that runs everywhere: `wide::f64x8`, in whatever registers the target was compiled for.
 
 use super::lanes::{Bits, Lanes, Mask, sealed::Sealed};
+use crate::bits::spread_bits;
 use core::ops::{
     Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign,
 };
@@ -278,17 +279,6 @@ bits_operator! {
     BitXor bitxor BitXor::bitxor;
 }
 
-/// The low half to the even bits.
-#[inline(always)]
-const fn spread(v: u64) -> u64 {
-    let v = v & 0xffff_ffff;
-    let v = (v | (v << 16)) & 0x0000_ffff_0000_ffff;
-    let v = (v | (v << 8)) & 0x00ff_00ff_00ff_00ff;
-    let v = (v | (v << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
-    let v = (v | (v << 2)) & 0x3333_3333_3333_3333;
-    (v | (v << 1)) & 0x5555_5555_5555_5555
-}
-
 impl Bits for PortableBits {
     type Token = PortableToken;
 
@@ -336,7 +326,7 @@ impl Bits for PortableBits {
     fn interleave(self, odd: Self) -> Self {
         let mut out = self.0;
         for (a, b) in out.iter_mut().zip(odd.0) {
-            *a = spread(*a) | (spread(b) << 1);
+            *a = spread_bits(*a) | (spread_bits(b) << 1);
         }
         Self(out)
     }

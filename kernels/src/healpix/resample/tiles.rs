@@ -10,8 +10,9 @@
 //! would compete for the same few places of the caches. The tiles themselves, of 2 kB, may lie anywhere.
 
 use super::super::Nside;
-use super::super::faces::{FacePixel, spread_bits};
+use super::super::faces::FacePixel;
 use super::super::layout;
+use crate::bits::spread_bits;
 
 /// Pixels of a tile's side, and all of them.
 pub(super) const SIDE: usize = 16;

@@ -22,7 +22,6 @@ use super::rim::Disc;
 use super::zone::{Places, Rings, Zone};
 use crate::simd::atan::rough_arcsine;
 use crate::simd::{Bits, Lanes, Mask};
-use core::f64::consts::FRAC_2_PI;
 
 /// Fixed point: bits after the point. With 27 before it, places and their negatives fit the mantissa.
 const FRACTION: u32 = 24;
@@ -104,19 +103,12 @@ impl<L: Lanes> Zone<L> {
             ..
         } = rings;
         let (s, inverse) = roots(token, square, true);
-        let (dz, ds) = (z - self.z, s - self.sin_theta);
-        let room = ds.neg_mul_add(ds, dz.neg_mul_add(dz, self.chord2));
-        let q = room * (inverse * self.limits.inverse);
+        let q = self.room(z, s) * (inverse * self.limits.inverse);
         let wide = grid.half.lt(q);
         let lesser = L::select(wide, grid.one - q, q);
         let (root, _) = roots(token, lesser, false);
         let eighth = rough_arcsine(token, root, lesser);
-        let pixels = quarter * grid.c(2.0 * FRAC_2_PI);
-        let half_width = L::select(
-            wide,
-            eighth.neg_mul_add(pixels, quarter + quarter),
-            eighth * pixels,
-        );
+        let half_width = self.half_width(quarter, eighth, wide);
         let (from, to) = (at - half_width, at + half_width);
         let point = grid.c(POINT + MARGIN);
         let (west, east) = ((from + point).to_bits(), (to + point).to_bits());

@@ -15,8 +15,9 @@
 
 use super::super::Location;
 use super::super::disc::Window;
-use super::super::faces::{FacePixel, gather_bits, spread_bits};
+use super::super::faces::FacePixel;
 use super::grid::SQRT_6;
+use crate::bits::{gather_bits, spread_bits};
 use crate::dispatch;
 use crate::simd::atan::sine;
 use crate::simd::{Lanes, Level, Mask};

@@ -90,6 +90,24 @@ impl<L: Lanes> Zone<L> {
         }
     }
 
+    /// 4 s s₀ sin²(Δφ/2), from cos θ and s = sin θ of the rings.
+    #[inline(always)]
+    pub(super) fn room(&self, z: L, s: L) -> L {
+        let (dz, ds) = (z - self.z, s - self.sin_theta);
+        ds.neg_mul_add(ds, dz.neg_mul_add(dz, self.chord2))
+    }
+
+    /// Δφ in pixels, from Δφ/2 or (`wide`) its complement.
+    #[inline(always)]
+    pub(super) fn half_width(&self, quarter: L, half_angle: L, wide: L::Mask) -> L {
+        let pixels = quarter * self.grid.c(2.0 * FRAC_2_PI);
+        L::select(
+            wide,
+            half_angle.neg_mul_add(pixels, quarter + quarter),
+            half_angle * pixels,
+        )
+    }
+
     #[inline(always)]
     fn places(&self, rings: Rings<L>) -> Places<L> {
         let Self { grid, .. } = self;
@@ -102,19 +120,13 @@ impl<L: Lanes> Zone<L> {
         } = rings;
         let s = square.sqrt();
         // sin²(Δφ/2) = room / (4 s s₀); above 1 the whole ring is inside. NaN, where the rim touches the pole, too.
-        let (dz, ds) = (z - self.z, s - self.sin_theta);
-        let room = ds.neg_mul_add(ds, dz.neg_mul_add(dz, self.chord2));
+        let room = self.room(z, s);
         let sine2 = room / (s * self.four_sin_theta);
         let wide = grid.half.lt(sine2);
         let lesser = L::select(wide, grid.one - sine2, sine2);
         // Δφ in pixels is twice the arcsine's quarter turns.
         let eighth = arcsine(grid.token, lesser.sqrt());
-        let pixels = quarter * grid.c(2.0 * FRAC_2_PI);
-        let half_width = L::select(
-            wide,
-            eighth.neg_mul_add(pixels, quarter + quarter),
-            eighth * pixels,
-        );
+        let half_width = self.half_width(quarter, eighth, wide);
         Places {
             some: grid.zero.le(room),
             cut: sine2.lt(grid.one),

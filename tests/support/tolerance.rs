@@ -120,5 +120,6 @@ tolerances! {
 // Fourier transforms across lanes, direct sums.
 tolerances! {
     FOURIER: "fourier::Fourier", "root mean square error over that of the result, n to 5000", 8e-16, "rounding of twiddles and butterflies, growing as the root of the number of passes";
+    CAP: "sht::cap_spectrum_from_phases, pixels_from_cap", "root mean square error over that of the pixels, flat spectrum", 6e-14, "aliasing of a window of 16 points; the highest harmonics grow twentyfold between the transforms";
     RESAMPLING: "sht::Resampling", "root mean square error over that of the series, flat spectrum, lmax to 300", 6e-14, "aliasing of a window of 16 points; the highest harmonics grow twentyfold between the transforms";
 }

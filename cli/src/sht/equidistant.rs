@@ -5,7 +5,7 @@ use super::workers::room;
 use dust3d_kernels::Error;
 use dust3d_kernels::fourier::{Eight, Fourier};
 use dust3d_kernels::sht::{
-    Carrier, MARGIN, ORDERS, Resampling, RingBlock, RingTaps, equidistant_carriers,
+    CapRing, Carrier, MARGIN, ORDERS, Resampling, RingBlock, RingTaps, equidistant_carriers,
     equidistant_ring_blocks, resampling_factors, resampling_lengths, ring_taps,
 };
 
@@ -125,6 +125,23 @@ pub(super) struct ResamplingRoom {
 }
 
 impl ResamplingRoom {
+    /// Room for the rings of a block of the caps, and scratch for the longest.
+    pub(super) fn caps(
+        &mut self,
+        need: usize,
+        rings: &[Option<(CapRing<'_>, &Ready)>; 8],
+    ) -> (&mut [Eight], &mut [Eight]) {
+        let scratch = rings
+            .iter()
+            .flatten()
+            .map(|(_, ready)| ready.fourier.scratch_len())
+            .max();
+        (
+            room(&mut self.fine, need),
+            room(&mut self.scratch, scratch.unwrap_or(0)),
+        )
+    }
+
     /// Room for one transform, and its scratch.
     pub(super) fn one(&mut self, fourier: &Fourier) -> (&mut [Eight], &mut [Eight]) {
         (

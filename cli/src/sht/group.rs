@@ -16,6 +16,7 @@
 use super::equidistant::Equidistant;
 use super::orders::Orders;
 use super::plan::{Geometry, ShtPlan};
+use super::ring_stage::TOGETHER;
 use super::workers::{room, share};
 use dust3d_kernels::sht::{ORDERS, RingBlock};
 use dust3d_kernels::simd::Level;
@@ -241,24 +242,26 @@ impl ShtPlan {
                 part.batch(own, batch, &alms, out);
             });
             let tiles = &*tiles;
-            let mut tasks = Vec::with_capacity(range.len() * channels.count());
-            for (channel, rest) in rest.iter_mut().enumerate() {
+            let mut tasks = Vec::with_capacity(range.len() * channels.count().div_ceil(TOGETHER));
+            for (number, rest) in rest.chunks_mut(TOGETHER).enumerate() {
                 for block in range.clone() {
                     let (north, south) = self.geometry.pixels[block];
-                    if let Some(n) = rest.split_off_mut(..north)
-                        && let Some(s) = rest.split_off_mut(rest.len() - south..)
-                    {
-                        tasks.push(((channel, block), n, s));
+                    let mut maps = <[[&mut [f64]; 2]; TOGETHER]>::default();
+                    for (map, rest) in maps.iter_mut().zip(rest.iter_mut()) {
+                        if let Some(n) = rest.split_off_mut(..north)
+                            && let Some(s) = rest.split_off_mut(rest.len() - south..)
+                        {
+                            *map = [n, s];
+                        }
                     }
+                    tasks.push(((number * TOGETHER, block), maps));
                 }
             }
             // longest rings first
             share(
                 &mut self.workers,
                 tasks.into_iter().rev(),
-                |own, (which, north, south)| {
-                    part.rings(own, tiles, &starts, which, north, south);
-                },
+                |own, (which, maps)| part.rings(own, (tiles, &starts), which, maps),
             );
         }
     }
@@ -282,24 +285,27 @@ impl ShtPlan {
             let (starts, total) = part.block_starts();
             let tiles = room(&mut self.tiles, total);
             let mut left = &mut *tiles;
-            let mut tasks = Vec::with_capacity(range.len() * count);
+            let mut tasks = Vec::with_capacity(range.len() * count.div_ceil(TOGETHER));
             for block in range.clone() {
                 let (north, south) = self.geometry.pixels[block];
-                for rest in &mut rest {
-                    if let Some(n) = rest.split_off(..north)
-                        && let Some(s) = rest.split_off(rest.len() - south..)
-                        && let Some(tiles) = left.split_off_mut(..part.batches(block))
-                    {
-                        tasks.push((block, n, s, tiles));
+                for rest in rest.chunks_mut(TOGETHER) {
+                    let mut maps = <[[&[f64]; 2]; TOGETHER]>::default();
+                    for (map, rest) in maps.iter_mut().zip(rest.iter_mut()) {
+                        if let Some(n) = rest.split_off(..north)
+                            && let Some(s) = rest.split_off(rest.len() - south..)
+                        {
+                            *map = [n, s];
+                        }
+                    }
+                    if let Some(tiles) = left.split_off_mut(..rest.len() * part.batches(block)) {
+                        tasks.push((block, maps, tiles));
                     }
                 }
             }
             share(
                 &mut self.workers,
                 tasks.into_iter().rev(),
-                |own, (block, north, south, tiles)| {
-                    part.rings_adjoint(own, block, weights, north, south, tiles);
-                },
+                |own, (block, maps, tiles)| part.rings_adjoint(own, block, weights, maps, tiles),
             );
             let tiles = &*tiles;
             let orders = ByOrder {

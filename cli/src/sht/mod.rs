@@ -1,7 +1,7 @@
 //! Spherical harmonic transforms of HEALPix maps (RING order): [`ShtPlan`].
 //!
 //! A plan is made once for an Nside and lmax and used for any number of transforms: it holds rings, recurrence tables,
-//! FFT plans and workspace. Coefficients are laid out as healpy does (m-major, [`kernels::sht::alm`](crate::kernels::sht::alm)), polarisation
+//! Fourier transforms and workspace. Coefficients are laid out as healpy does (m-major, [`kernels::sht::alm`](crate::kernels::sht::alm)), polarisation
 //! is COSMO, E and B have healpy's signs.
 //!
 //! | method | what |
@@ -18,6 +18,7 @@
 
 mod analysis;
 mod batch;
+mod caps;
 mod equidistant;
 mod group;
 mod harmonics;

@@ -1,5 +1,6 @@
 //! The plan: everything that does not change from transform to transform.
 
+use super::caps::Caps;
 use super::equidistant::{Equidistant, Ready};
 use super::group::Channels;
 use super::orders::Orders;
@@ -12,9 +13,7 @@ use dust3d_kernels::sht::{
 };
 use dust3d_kernels::simd::Level;
 use num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 use std::fmt;
-use std::sync::Arc;
 
 /// Below this sin²θ spin 2 runs on the spin-weighted functions instead of dividing by sin²θ. At colatitude 0.03 both
 /// have the same error (2e-14 at l = 4096); this is three times as far.
@@ -24,7 +23,7 @@ pub(super) const SPIN_POLE: f64 = 0.01;
 /// Legendre stage runs on equidistant rings: these would have to be done again for every part.
 const PHASE_BYTES: usize = 400 << 20;
 
-/// Rings, recurrence tables, FFTs and workspace of the transforms of one Nside and lmax.
+/// Rings, recurrence tables, Fourier transforms and workspace of the transforms of one Nside and lmax.
 ///
 /// Workspace is allocated by the first transform that needs it and reused. At Nside 2048 and lmax 4096 a plan takes
 /// 0.15 GB (most of it FFTs of the caps, every ring with a length of its own), and its workspace 0.35 GB for each real
@@ -56,8 +55,8 @@ pub(super) struct Geometry {
     /// e^{imφ₀} of each block.
     pub(super) phase_tables: Vec<PhaseTable>,
     pub(super) phase_table_len: usize,
-    /// Forward FFT of length 4 (i + 1) at index i.
-    pub(super) ffts: Vec<Arc<dyn Fft<f64>>>,
+    /// Transforms of the rings of the caps.
+    pub(super) caps: Caps,
     /// Transform of eight rings of the belt at once, where their length allows.
     belt: Option<Ready>,
 }
@@ -73,7 +72,7 @@ impl Geometry {
             .iter()
             .enumerate()
             .map(|(b, s)| {
-                let north = s.len();
+                let north = s.pixels.iter().sum();
                 // the last ring is the equator, which has no southern partner
                 let south = if b + 1 == count {
                     north - equator
@@ -88,12 +87,13 @@ impl Geometry {
         for (table, s) in tables.chunks_exact_mut(table_len).zip(&shapes) {
             phase_table(s, table);
         }
-        let mut planner = FftPlanner::new();
-        let ffts = (1..=nside as usize)
-            .map(|i| planner.plan_fft_forward(4 * i))
-            .collect();
         let per_block = (lmax + 1) * 3 * size_of::<PhaseBlock>();
         let equidistant = Equidistant::new(nside, lmax, &rings)?;
+        let belt = Ready::new(equator);
+        let caps = Caps::new(rings.iter().zip(&shapes).map(|(ring, shape)| {
+            let cap = !in_belt(belt.as_ref(), shape);
+            (ring.m_limit.min(lmax) + 1, cap.then_some(shape))
+        }));
         Ok(Self {
             polar: rings.partition_point(|r| r.sin2_min < SPIN_POLE),
             part: match equidistant {
@@ -107,23 +107,27 @@ impl Geometry {
             pixels,
             phase_tables: tables,
             phase_table_len: table_len,
-            ffts,
-            belt: Ready::new(equator),
+            caps,
+            belt,
         })
     }
 
     /// The transform of a block of eight rings of the belt.
     pub(super) fn belt(&self, block: usize) -> Option<&Ready> {
-        let pixels = &self.shapes[block].pixels;
         self.belt
             .as_ref()
-            .filter(|belt| pixels.iter().all(|&n| n == belt.fourier.len()))
+            .filter(|belt| in_belt(Some(belt), &self.shapes[block]))
     }
 
     /// The table e^{imφ₀} of a block.
     pub(super) fn phase_table(&self, block: usize) -> &[PhaseTable] {
         &self.phase_tables[block * self.phase_table_len..(block + 1) * self.phase_table_len]
     }
+}
+
+/// Have all rings of a block the length of the belt's?
+fn in_belt(belt: Option<&Ready>, shapes: &RingShapes) -> bool {
+    belt.is_some_and(|belt| shapes.pixels.iter().all(|&n| n == belt.fourier.len()))
 }
 
 impl fmt::Debug for ShtPlan {

@@ -69,7 +69,4 @@ pub(super) struct Scratch {
     pub(super) resampling: super::equidistant::ResamplingRoom,
     /// Tiles of one block.
     pub(super) places: Vec<usize>,
-    /// Spectra of one block of rings, and room for the FFT.
-    pub(super) spectra: Vec<Complex<f64>>,
-    pub(super) fft: Vec<Complex<f64>>,
 }

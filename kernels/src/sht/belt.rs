@@ -15,11 +15,14 @@
 
 use super::legendre::PhaseBlock;
 use super::resampling::ORDERS;
-use super::ring_spectrum::{PhaseTable, PhaseTile, check_places, phase};
+use super::ring_spectrum::{PhaseTable, PhaseTile, check_places, harmonics, order, phase};
 use super::window::prefetch;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::simd::{Lanes, Level};
+
+/// Pixels asked for before they are read or written.
+pub(super) const AHEAD: usize = 32;
 
 #[inline(always)]
 fn spectrum_body<L: Lanes>(
@@ -47,30 +50,25 @@ fn spectrum_body<L: Lanes>(
         }
         let (c, s) = phase::<L>(token, m, table)?;
         let block = tiles.get(*places.get(m / ORDERS)?)?.get(m % ORDERS)?;
-        let (nr, ni) = (L::load(token, &block[0]), L::load(token, &block[1]));
-        let (sr, si) = (L::load(token, &block[2]), L::load(token, &block[3]));
-        let (nr, ni) = (nr.mul_sub(c, ni * s), nr.mul_add(s, ni * c));
-        let (sr, si) = (sr.mul_sub(c, si * s), sr.mul_add(s, si * c));
+        let [plus, minus] = harmonics::<L>(token, block, m, (c, s));
         if m == 0 {
-            // F_0 is real, and its two harmonics are one
             let to = data.get_mut(up.step())?;
-            nr.store(&mut to[0]);
-            sr.store(&mut to[1]);
+            plus[0].store(&mut to[0]);
+            plus[1].store(&mut to[1]);
             continue;
         }
-        let (plus, minus) = ((nr - si, ni + sr), (nr + si, sr - ni));
         if m < plain {
             let to = data.get_mut(up.step())?;
-            plus.0.store(&mut to[0]);
-            plus.1.store(&mut to[1]);
+            plus[0].store(&mut to[0]);
+            plus[1].store(&mut to[1]);
             let to = data.get_mut(down.step_back())?;
-            minus.0.store(&mut to[0]);
-            minus.1.store(&mut to[1]);
+            minus[0].store(&mut to[0]);
+            minus[1].store(&mut to[1]);
         } else {
             for (k, z) in [(m % n, plus), ((n - m % n) % n, minus)] {
                 let to = data.get_mut(fourier.position(k))?;
-                (L::load(token, &to[0]) + z.0).store(&mut to[0]);
-                (L::load(token, &to[1]) + z.1).store(&mut to[1]);
+                (L::load(token, &to[0]) + z[0]).store(&mut to[0]);
+                (L::load(token, &to[1]) + z[1]).store(&mut to[1]);
             }
         }
     }
@@ -132,21 +130,14 @@ fn phases_body<L: Lanes>(
         } else {
             data.get(down.step_back())?
         };
-        let (pr, pi) = (L::load(token, &plus[0]), L::load(token, &plus[1]));
-        let (mr, mi) = (L::load(token, &minus[0]), L::load(token, &minus[1]));
-        // N = (Z_k + conj Z_−k)/2, S = (Z_k − conj Z_−k)/2i, times e^{−imφ₀}
-        let (nr, ni) = (pr + mr, pi - mi);
-        let (sr, si) = (pi + mi, mr - pr);
-        let tile = tiles.get_mut(m / ORDERS)?;
-        let block = &mut tile[m % ORDERS];
-        nr.mul_add(c, ni * s).store(&mut block[0]);
-        ni.mul_sub(c, nr * s).store(&mut block[1]);
-        sr.mul_add(c, si * s).store(&mut block[2]);
-        si.mul_sub(c, sr * s).store(&mut block[3]);
-        if m == 0 {
-            block[1] = [0.0; 8];
-            block[3] = [0.0; 8];
-        }
+        let plus = [L::load(token, &plus[0]), L::load(token, &plus[1])];
+        let minus = [L::load(token, &minus[0]), L::load(token, &minus[1])];
+        order::<L>(
+            [plus, minus],
+            m,
+            (c, s),
+            &mut tiles.get_mut(m / ORDERS)?[m % ORDERS],
+        );
     }
     if let Some(rest) = tiles
         .get_mut(orders / ORDERS)
@@ -209,6 +200,9 @@ fn pixels_body<L: Lanes, const PART: usize>(
         for lane in 0..8 {
             if let Some(start) = ring_start::<PART>(pixels.len(), n, lane) {
                 let at = start + 8 * number;
+                if let Some(pixel) = pixels.get(at + AHEAD) {
+                    L::prefetch(token, pixel);
+                }
                 rows[lane].store_padded(pixels.get_mut(at..at + run.len())?);
             }
         }
@@ -255,6 +249,9 @@ fn load_body<L: Lanes, const PART: usize>(
         for lane in 0..8 {
             if let Some(start) = ring_start::<PART>(pixels.len(), n, lane) {
                 let at = start + 8 * number;
+                if let Some(pixel) = pixels.get(at + AHEAD) {
+                    L::prefetch(token, pixel);
+                }
                 rows[lane] = L::load_padded(token, pixels.get(at..at + run.len())?, 0.0);
             }
         }

@@ -1,11 +1,11 @@
-//! Spherical harmonic transforms: everything but the FFT and the threads.
+//! Spherical harmonic transforms: everything but the memory and the threads.
 //!
 //! A map and its coefficients are linked by
 //! f(θ, φ) = Σ_lm a_lm λ_lm(θ) e^{imφ}, λ_lm = √((2l+1)/4π · (l−m)!/(l+m)!) P_lm(cos θ) with the (−1)^m of Condon and
 //! Shortley. On rings of equal colatitude this splits in two stages \[RS13\]: *Legendre*, for every m,
 //! F_m(θ) = Σ_l a_lm λ_lm(θ), and *rings*, a Fourier transform along φ for every ring. These modules hold the Legendre
-//! stage in both directions, the passage from F_m to the spectra of rings, and the tables of both; the caller brings
-//! memory, threads and FFT.
+//! stage in both directions, the passage from F_m to the pixels of rings, and the tables of both
+//! ([`fourier`](crate::fourier) the transforms between); the caller brings memory and threads.
 //!
 //! | file | what |
 //! | --- | --- |
@@ -21,8 +21,9 @@
 //! | `wigner_adjoint` | its transpose |
 //! | `resampling` | F_m on few equidistant rings → a fine grid |
 //! | `window` | fine grid → F_m on the rings of the map |
-//! | `belt` | F_m ↔ pixels of rings of equal length, eight at once |
-//! | `ring_spectrum` | F_m ↔ spectra of rings: shift of the first pixel, aliasing, pairs of rings |
+//! | `ring_spectrum` | F_m ↔ harmonics of rings: shift of the first pixel, pairs of rings |
+//! | `belt` | … of rings of equal length, eight at once, and their pixels |
+//! | `cap`, `cap_pixels` | … of the others, by quarters, and their pixels |
 //!
 //! # Cost
 //! Per pair of degrees and pair of rings: 2 FMA of recurrence and 4 per real-valued map; spin 2 counts as two maps
@@ -31,6 +32,8 @@
 mod adjoint;
 pub mod alm;
 mod belt;
+mod cap;
+mod cap_pixels;
 mod double;
 mod legendre;
 mod mixing;
@@ -48,6 +51,11 @@ pub use adjoint::{Line, adjoint, adjoint_scratch_len};
 pub use belt::{
     belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
 };
+pub use cap::{
+    CAP_MAPS, CapRing, CapRings, cap_factors, cap_length, cap_room, cap_spectrum_from_phases,
+    phases_from_cap_spectrum,
+};
+pub use cap_pixels::{CapWindow, cap_from_pixels, pixels_from_cap};
 pub use legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex};
 pub use mixing::{
     mixing_scratch_len, scalar_coefficients, scalar_from_sums, spin_factor_len, spin_factor_table,
@@ -58,10 +66,7 @@ pub use resampling::{
     Carrier, ORDERS, Resampling, equidistant_carriers, grid_from_phases, phases_from_grid,
     resampling_factors, resampling_lengths,
 };
-pub use ring_spectrum::{
-    PhaseTable, PhaseTile, RingShapes, phase_table, phase_table_len, phases_from_spectrum,
-    pixels_from_ring, ring_from_pixels, spectrum_from_phases,
-};
+pub use ring_spectrum::{PhaseTable, PhaseTile, RingShapes, phase_table, phase_table_len};
 pub use rings::{RingBlock, equidistant_ring_blocks, healpix_ring, ring_block_count, ring_blocks};
 pub use synthesis::synthesis;
 pub use wigner::{

@@ -24,7 +24,7 @@
 //! \[RBC23\] Reinecke, Belkner & Carron, A&A 678, A165 (2023).
 
 use super::legendre::{Aligned, PhaseBlock};
-use super::window::{MARGIN, TAPS, sharpness};
+use super::window::{MARGIN, TAPS, factor, sharpness};
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::scalar;
@@ -34,7 +34,7 @@ use core::f64::consts::PI;
 /// Orders of a batch: four pairs.
 pub const ORDERS: usize = 8;
 /// Least ratio of fine points to harmonics.
-const OVERSAMPLING: f64 = 1.7;
+pub(super) const OVERSAMPLING: f64 = 1.7;
 
 /// cos θ and sin θ of eight ring pairs.
 pub type Carrier = Aligned<2>;
@@ -53,15 +53,11 @@ pub fn resampling_lengths(lmax: usize) -> (usize, usize) {
 ///
 /// 1/n, the shift of the equidistant rings by half a step, and one over the transform of the window.
 pub fn resampling_factors(lmax: usize, (coarse, fine): (usize, usize), out: &mut [[f64; 2]]) {
-    let beta = sharpness(lmax, fine);
+    let beta = sharpness(fine as f64 / (lmax + 1) as f64);
     let lowest = lmax.div_ceil(2) as f64;
     for (k, out) in out.iter_mut().enumerate() {
         let kappa = k as f64 - lowest;
-        let xi = PI * TAPS as f64 * kappa / fine as f64;
-        let root = scalar::sqrt((beta * beta - xi * xi).max(1e-300));
-        // e^{−β} sinh r
-        let sinh = 0.5 * (scalar::exp(root - beta) - scalar::exp(-root - beta));
-        let size = root / (TAPS as f64 * sinh * coarse as f64);
+        let size = factor(beta, fine, kappa) / coarse as f64;
         let (s, c) = scalar::sin_cos(-PI * kappa / coarse as f64);
         *out = [size * c, size * s];
     }
@@ -392,7 +388,7 @@ impl Resampling<'_> {
 
 /// Adds the margins to the points they repeat.
 #[inline(always)]
-fn fold<L: Lanes>(token: L::Token, n: usize, fine: &mut [Eight]) -> Option<()> {
+pub(super) fn fold<L: Lanes>(token: L::Token, n: usize, fine: &mut [Eight]) -> Option<()> {
     for k in 0..MARGIN {
         for (from, to) in [(k, k + n), (n + MARGIN + k, MARGIN + k)] {
             let x = *fine.get(from)?;

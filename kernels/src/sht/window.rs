@@ -54,13 +54,22 @@ impl Default for RingTaps {
     }
 }
 
-/// β of the window.
-pub(super) fn sharpness(lmax: usize, fine: usize) -> f64 {
-    0.985 * PI * TAPS as f64 * (1.0 - (lmax + 1) as f64 / (2.0 * fine as f64))
+/// β of the window for so many points per harmonic.
+pub(super) fn sharpness(oversampling: f64) -> f64 {
+    0.985 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling)
+}
+
+/// One over the transform of the window at harmonic κ of a grid of `fine` points.
+pub(super) fn factor(beta: f64, fine: usize, kappa: f64) -> f64 {
+    let xi = PI * TAPS as f64 * kappa / fine as f64;
+    let root = scalar::sqrt((beta * beta - xi * xi).max(1e-300));
+    // e^{−β} sinh r
+    let sinh = 0.5 * (scalar::exp(root - beta) - scalar::exp(-root - beta));
+    root / (TAPS as f64 * sinh)
 }
 
 /// I₀(x) e^{−β} by its series, all of whose terms are positive; x ≤ β < 60.
-fn bessel(x: f64, beta: f64) -> f64 {
+pub(super) fn bessel(x: f64, beta: f64) -> f64 {
     let x2 = 0.25 * x * x;
     let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
     while term > 1e-18 * sum && k < 200.0 {
@@ -80,7 +89,7 @@ pub fn ring_taps(nside: u64, lmax: usize, fine: usize, out: &mut [RingTaps]) -> 
         return Err(Error::Nside { nside });
     }
     Error::check_len("ring blocks", super::ring_block_count(nside), out.len())?;
-    let beta = sharpness(lmax, fine);
+    let beta = sharpness(fine as f64 / (lmax + 1) as f64);
     // 2/π, to turn half angles into periods
     let two_over_pi = Double {
         hi: core::f64::consts::FRAC_2_PI,

@@ -1,4 +1,6 @@
 //! Transforms of a few values, X_k = Σ_j x_j e^{−2πi jk/R}, eight at once.
+//!
+//! \[G58\] I. J. Good, J. R. Stat. Soc. B 20, 361 (1958).
 
 use crate::simd::Lanes;
 
@@ -168,6 +170,60 @@ fn odd<L: Lanes, const R: usize>(token: L::Token, x: [Z<L>; R]) -> [Z<L>; R] {
     out
 }
 
+/// R = 2P, P odd \[G58\]: sums and differences of x_j and x_{j+P} in an order that needs no twiddles between.
+#[inline(always)]
+fn twice<L: Lanes, const R: usize, const P: usize>(token: L::Token, x: [Z<L>; R]) -> [Z<L>; R] {
+    let zero = Z::zero(token);
+    let (mut sums, mut differences) = ([zero; P], [zero; P]);
+    for j in 0..P {
+        let (a, b) = (x[2 * j % R], x[(2 * j + P) % R]);
+        (sums[j], differences[j]) = (a.add(b), a.sub(b));
+    }
+    let (sums, differences) = (odd(token, sums), odd(token, differences));
+    let mut out = x;
+    for k in 0..P {
+        // the even and the odd harmonic that is k modulo P
+        let (even, uneven) = if k % 2 == 0 { (k, k + P) } else { (k + P, k) };
+        (out[even], out[uneven]) = (sums[k], differences[k]);
+    }
+    out
+}
+
+/// cos and sin of 2πj/9, j = 1, 2, 4.
+const NINTHS: [[f64; 2]; 3] = [
+    [0.766044443118978, 0.6427876096865393],
+    [0.17364817766693041, 0.984807753012208],
+    [-0.9396926207859084, 0.3420201433256687],
+];
+
+/// Three of three.
+#[inline(always)]
+fn nine<L: Lanes>(token: L::Token, x: [Z<L>; 9]) -> [Z<L>; 9] {
+    let mut rows = [[Z::zero(token); 3]; 3];
+    for j in 0..3 {
+        rows[j] = odd(token, [x[j], x[j + 3], x[j + 6]]);
+    }
+    let mut w = [Z::zero(token); 3];
+    for k in 0..3 {
+        w[k] = Z {
+            re: L::splat(token, NINTHS[k][0]),
+            im: L::splat(token, -NINTHS[k][1]),
+        };
+    }
+    rows[1][1] = rows[1][1].times(w[0]);
+    rows[1][2] = rows[1][2].times(w[1]);
+    rows[2][1] = rows[2][1].times(w[1]);
+    rows[2][2] = rows[2][2].times(w[2]);
+    let mut out = x;
+    for k in 0..3 {
+        let y = odd(token, [rows[0][k], rows[1][k], rows[2][k]]);
+        for j in 0..3 {
+            out[k + 3 * j] = y[j];
+        }
+    }
+    out
+}
+
 /// The transform of R values; R one of those in the list of [`super::transform`], anything else comes back as it is.
 #[inline(always)]
 pub(super) fn butterfly<L: Lanes, const R: usize>(token: L::Token, mut x: [Z<L>; R]) -> [Z<L>; R] {
@@ -183,6 +239,21 @@ pub(super) fn butterfly<L: Lanes, const R: usize>(token: L::Token, mut x: [Z<L>;
     } else if R == 8 {
         if let Some(first) = x.first_chunk_mut::<8>() {
             *first = eight(token, *first);
+        }
+        x
+    } else if R == 6 {
+        if let Some(first) = x.first_chunk_mut::<6>() {
+            *first = twice::<L, 6, 3>(token, *first);
+        }
+        x
+    } else if R == 9 {
+        if let Some(first) = x.first_chunk_mut::<9>() {
+            *first = nine(token, *first);
+        }
+        x
+    } else if R == 10 {
+        if let Some(first) = x.first_chunk_mut::<10>() {
+            *first = twice::<L, 10, 5>(token, *first);
         }
         x
     } else {

@@ -14,7 +14,7 @@
 //!
 //! | file | what |
 //! | --- | --- |
-//! | `butterfly` | transforms of 2, 3, 4, 5, 7, 8, 11, 13 values |
+//! | `butterfly` | transforms of 2 to 13 values |
 //! | `short` | short transforms, pass by pass |
 //! | `transform` | lengths, tables, rows and columns |
 //!

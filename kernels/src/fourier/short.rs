@@ -15,8 +15,10 @@ use super::transform::Eight;
 use crate::scalar;
 use crate::simd::Lanes;
 
-/// Most radices a short transform can have: its length is below 2^32 and radix 2 occurs once.
-const MOST: usize = 24;
+/// Most radices a short transform can have: its length is below 2^32.
+const MOST: usize = 32;
+/// Radices there are.
+const RADICES: &[u8] = &[13, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2];
 
 /// A short transform: rows or columns.
 #[derive(Clone, Copy, Debug)]
@@ -33,33 +35,41 @@ impl Short {
             radices: [0; MOST],
             count: 0,
         };
-        let mut rest = len;
-        for radix in [13, 11, 7, 5, 3] {
-            while rest.is_multiple_of(radix) {
-                short.push(radix)?;
-                rest /= radix;
-            }
-        }
-        if !rest.is_power_of_two() {
-            return None;
-        }
-        // eights, with two fours rather than an eight and a two
-        while rest > 1 {
-            let radix = match rest {
-                2 => 2,
-                4 | 16 => 4,
-                _ => 8,
-            };
-            short.push(radix)?;
-            rest /= radix;
-        }
-        Some(short)
+        let mut best = None;
+        short.search(len, RADICES, 0, &mut best);
+        Some(best?.1)
     }
 
-    fn push(&mut self, radix: usize) -> Option<()> {
-        *self.radices.get_mut(self.count)? = radix as u8;
-        self.count += 1;
-        Some(())
+    /// Goes through the products of radices, in falling order, that give what is left of the length; keeps the one of fewest
+    /// passes, each of which takes all values through the cache, and among these the one of the least sum of radices.
+    fn search(
+        self,
+        rest: usize,
+        radices: &[u8],
+        sum: usize,
+        best: &mut Option<((usize, usize), Self)>,
+    ) {
+        if rest == 1 {
+            let cost = (self.count, sum);
+            if best.is_none_or(|(least, _)| cost < least) {
+                *best = Some((cost, self));
+            }
+            return;
+        }
+        if best.is_some_and(|((passes, _), _)| self.count >= passes) {
+            return;
+        }
+        for (k, &radix) in radices.iter().enumerate() {
+            let mut next = self;
+            if rest.is_multiple_of(radix.into())
+                && let Some(to) = next.radices.get_mut(self.count)
+            {
+                *to = radix;
+                next.count += 1;
+                let (rest, radices) = (rest / usize::from(radix), &radices[k..]);
+                next.search(rest, radices, sum + usize::from(radix), best);
+            }
+        }
     }
 
     fn radices(&self) -> &[u8] {
@@ -126,8 +136,11 @@ macro_rules! by_radix {
             3 => $pass::<L, 3>($($argument),*),
             4 => $pass::<L, 4>($($argument),*),
             5 => $pass::<L, 5>($($argument),*),
+            6 => $pass::<L, 6>($($argument),*),
             7 => $pass::<L, 7>($($argument),*),
             8 => $pass::<L, 8>($($argument),*),
+            9 => $pass::<L, 9>($($argument),*),
+            10 => $pass::<L, 10>($($argument),*),
             11 => $pass::<L, 11>($($argument),*),
             13 => $pass::<L, 13>($($argument),*),
             _ => {}

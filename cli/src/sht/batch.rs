@@ -135,7 +135,7 @@ impl Part<'_> {
         own.places = places;
     }
 
-    /// Tiles (block, channel, batch) → a_lm of eight orders, added.
+    /// Tiles (block, channel, batch) → a_lm of eight orders, added or, if `fresh`, in place of what is there.
     pub(super) fn batch_adjoint(
         &self,
         own: &mut Scratch,
@@ -143,9 +143,14 @@ impl Part<'_> {
         tiles: &[PhaseTile],
         starts: &[usize],
         alms: &mut [Vec<&mut [Alm]>],
+        fresh: bool,
     ) {
         let active = self.active(batch);
         if active.is_empty() {
+            if fresh {
+                let all = alms.iter_mut().flatten();
+                all.for_each(|a| a.fill(Alm::default()));
+            }
             return;
         }
         let grid = self.grid(batch);
@@ -168,7 +173,7 @@ impl Part<'_> {
                     (rows, row),
                 );
             }
-            self.orders_adjoint(own, grid, batch, (&places, row), rows, alms);
+            self.orders_adjoint(own, grid, batch, (&places, row), rows, alms, fresh);
             own.rows = all;
         } else {
             self.places(grid, &mut places, |channel, block| {
@@ -178,7 +183,7 @@ impl Part<'_> {
                 }
             });
             let tiles = tiles.as_flattened();
-            self.orders_adjoint(own, grid, batch, (&places, 1), tiles, alms);
+            self.orders_adjoint(own, grid, batch, (&places, 1), tiles, alms, fresh);
         }
         own.places = places;
     }
@@ -210,11 +215,13 @@ impl Part<'_> {
         (places, step): (&[usize], usize),
         phases: &[PhaseBlock],
         alms: &mut [Vec<&mut [Alm]>],
+        fresh: bool,
     ) {
         for (j, alms) in alms.iter_mut().enumerate() {
             let offset = j * step;
             let from = Places { places, offset };
-            self.legendre_adjoint(own, grid, ORDERS * batch + j, from, phases, alms);
+            let m = ORDERS * batch + j;
+            self.legendre_adjoint(own, grid, m, from, phases, alms, fresh);
         }
     }
 

@@ -315,13 +315,7 @@ impl ShtPlan {
             };
             let first = range.start == 0;
             share(&mut self.workers, orders, |own, (batch, mut alms)| {
-                if first {
-                    // here, where they are in cache when the sums come
-                    alms.iter_mut()
-                        .flatten()
-                        .for_each(|a| a.fill(Alm::default()));
-                }
-                part.batch_adjoint(own, batch, tiles, &starts, &mut alms);
+                part.batch_adjoint(own, batch, tiles, &starts, &mut alms, first);
             });
         }
     }

@@ -148,7 +148,7 @@ impl Part<'_> {
         ));
     }
 
-    /// F_m on all rings of the part → a_lm of order m, added.
+    /// F_m on all rings of the part → a_lm of order m, added or, if `fresh`, in place of what is there.
     pub(super) fn legendre_adjoint(
         &self,
         own: &mut Scratch,
@@ -157,6 +157,7 @@ impl Part<'_> {
         from: Places<'_>,
         phases: &[PhaseBlock],
         alms: &mut [&mut [Alm]],
+        fresh: bool,
     ) {
         let order = self.orders.get(m, self.channels.pairs > 0, &mut own.tables);
         let (scalars, count) = (self.channels.scalars, self.channels.count());
@@ -174,8 +175,7 @@ impl Part<'_> {
                 sums,
                 &mut own.lines,
             );
-            let mixing = room(&mut own.mixing, degrees);
-            add_scalars(&order, sums, count, &mut alms[..scalars], mixing);
+            self.take_scalars(&order, sums, count, &mut alms[..scalars], !fresh);
             if let [e, b] = &mut alms[scalars..] {
                 spin2_from_sums(
                     self.level,
@@ -186,19 +186,22 @@ impl Part<'_> {
                     &order.steps[..n],
                     count,
                     scalars,
+                    !fresh,
                     e,
                     b,
                     room(&mut own.padded, mixing_scratch_len(degrees).1),
                 );
             }
         }
+        if fresh && !reached(main, m) {
+            alms.iter_mut().for_each(|a| a.fill(Alm::default()));
+        }
         if reached(polar, m) {
             let [from_scalars, from_pair] = from_polar.split_at(scalars * grid.polar);
             let sums = room(&mut own.coefficients, Self::steps(self.lmax, m) * scalars);
             let from = (from_scalars, phases);
             self.adjoint(&order, (polar, m), scalars, from, sums, &mut own.lines);
-            let mixing = room(&mut own.mixing, degrees);
-            add_scalars(&order, sums, scalars, &mut alms[..scalars], mixing);
+            self.take_scalars(&order, sums, scalars, &mut alms[..scalars], true);
             if let [e, b] = &mut alms[scalars..] {
                 let n = order.wigner.len();
                 let sums = room(&mut own.coefficients, n);
@@ -242,21 +245,28 @@ impl Part<'_> {
             room(lines, adjoint_scratch_len(n, channels)),
         ));
     }
-}
 
-/// Adds what the sums give to the scalars, which come first of `channels`.
-fn add_scalars(
-    order: &Order<'_>,
-    sums: &[Coefficient],
-    channels: usize,
-    alms: &mut [&mut [Alm]],
-    mixing: &mut [Alm],
-) {
-    let n = sums.len() / channels.max(1);
-    for (c, a) in alms.iter_mut().enumerate() {
-        scalar_from_sums(sums, order.epsilon, &order.steps[..n], channels, c, mixing);
-        for (a, x) in a.iter_mut().zip(mixing.iter()) {
-            *a += x;
+    /// What the sums give to the scalars, which come first of `channels`.
+    fn take_scalars(
+        &self,
+        order: &Order<'_>,
+        sums: &[Coefficient],
+        channels: usize,
+        alms: &mut [&mut [Alm]],
+        add: bool,
+    ) {
+        let steps = &order.steps[..sums.len() / channels.max(1)];
+        for (c, alm) in alms.iter_mut().enumerate() {
+            scalar_from_sums(
+                self.level,
+                sums,
+                order.epsilon,
+                steps,
+                channels,
+                c,
+                add,
+                alm,
+            );
         }
     }
 }

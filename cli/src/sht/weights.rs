@@ -83,7 +83,16 @@ impl ShtPlan {
                 &mut sums,
                 &mut scratch,
             )?;
-            scalar_from_sums(&sums, &epsilon, &steps, 1, 0, &mut alm_back);
+            scalar_from_sums(
+                self.level,
+                &sums,
+                &epsilon,
+                &steps,
+                1,
+                0,
+                false,
+                &mut alm_back,
+            );
             for (out, a) in out.iter_mut().zip(alm_back.iter().step_by(2)) {
                 *out = a.re;
             }

@@ -128,39 +128,66 @@ fn scalar_step(
     ]
 }
 
-/// The transpose of [`scalar_coefficients`]; `alm` is overwritten.
+/// The transpose of [`scalar_coefficients`]; *adds* to `alm` or, unless `add`, overwrites it.
 pub fn scalar_from_sums(
+    level: Level,
     sums: &[Coefficient],
     epsilon: &[f64],
     steps: &[Step],
     channels: usize,
     channel: usize,
+    add: bool,
     alm: &mut [Complex<f64>],
 ) {
-    degrees_from_sums(sums, epsilon, steps, (channels, channel), alm);
+    let place = (channels, channel);
+    if add {
+        degrees_from_sums::<_, true>(level, sums, epsilon, steps, place, alm);
+    } else {
+        degrees_from_sums::<_, false>(level, sums, epsilon, steps, place, alm);
+    }
 }
 
 /// A complex number or what is laid out as one.
-trait Pair: Copy {
-    fn of(z: Complex<f64>) -> Self;
+trait Pair {
+    fn put<const ADD: bool>(&mut self, z: Complex<f64>);
 }
 
 impl Pair for Complex<f64> {
     #[inline(always)]
-    fn of(z: Self) -> Self {
-        z
+    fn put<const ADD: bool>(&mut self, z: Self) {
+        *self = if ADD { *self + z } else { z };
     }
 }
 
 impl Pair for [f64; 2] {
     #[inline(always)]
-    fn of(z: Complex<f64>) -> Self {
-        [z.re, z.im]
+    fn put<const ADD: bool>(&mut self, z: Complex<f64>) {
+        let [re, im] = *self;
+        *self = if ADD {
+            [re + z.re, im + z.im]
+        } else {
+            [z.re, z.im]
+        };
     }
 }
 
+fn degrees_from_sums<P: Pair, const ADD: bool>(
+    level: Level,
+    sums: &[Coefficient],
+    epsilon: &[f64],
+    steps: &[Step],
+    place: (usize, usize),
+    out: &mut [P],
+) {
+    crate::dispatch!(level, |token: L| degrees_body::<L, P, ADD>(
+        token, sums, epsilon, steps, place, out
+    ));
+}
+
+/// Plain arithmetic, as [`scalar_body`].
 #[inline(always)]
-fn degrees_from_sums<P: Pair>(
+fn degrees_body<L: Lanes, P: Pair, const ADD: bool>(
+    _token: L::Token,
     sums: &[Coefficient],
     epsilon: &[f64],
     steps: &[Step],
@@ -168,34 +195,32 @@ fn degrees_from_sums<P: Pair>(
     out: &mut [P],
 ) {
     let (eps, _) = epsilon.get(1..).unwrap_or(&[]).as_chunks::<2>();
+    let mut slots = sums.chunks_exact(channels.max(1));
+    let count = slots.len().min(steps.len()).min(eps.len());
     let (pairs, last) = out.as_chunks_mut::<2>();
-    let mut places = sums
-        .chunks_exact(channels.max(1))
-        .filter_map(|slot| slot.get(channel))
-        .zip(steps)
-        .zip(eps);
+    let whole = count.min(pairs.len());
+    let (pairs, others) = pairs.split_at_mut(whole);
     // what step n gives to a_{l+2}
     let mut carried = Complex::default();
-    let mut pairs = pairs.iter_mut();
-    let count = (sums.len() / channels.max(1))
-        .min(steps.len())
-        .min(eps.len());
-    for ([a, b], ((sum, step), e)) in pairs.by_ref().take(count).zip(places.by_ref()) {
+    for (((pair, slot), step), e) in pairs.iter_mut().zip(slots.clone()).zip(steps).zip(eps) {
+        let [a, b] = pair;
+        let sum = slot.get(channel).copied().unwrap_or_default();
         let alpha = step[3];
         let even = Complex::new(sum[0], sum[1]) * alpha;
-        *a = P::of(even * e[0] + carried);
-        *b = P::of(Complex::new(sum[2], sum[3]) * alpha);
+        a.put::<ADD>(even * e[0] + carried);
+        b.put::<ADD>(Complex::new(sum[2], sum[3]) * alpha);
         carried = even * e[1];
     }
-    let rest = pairs.flatten().chain(last);
-    for (n, a) in rest.enumerate() {
-        let mut z = if n == 0 { carried } else { Complex::default() };
-        if n == 0
-            && let Some(((sum, step), e)) = places.next()
-        {
-            z += Complex::new(sum[0], sum[1]) * step[3] * e[0];
-        }
-        *a = P::of(z);
+    // one degree may be left to a last step; others have none
+    if let Some(slot) = slots.nth(whole)
+        && let (Some(sum), Some(step), Some(e)) =
+            (slot.get(channel), steps.get(whole), eps.get(whole))
+    {
+        carried += Complex::new(sum[0], sum[1]) * step[3] * e[0];
+    }
+    for a in others.as_flattened_mut().iter_mut().chain(last) {
+        a.put::<ADD>(carried);
+        carried = Complex::default();
     }
 }
 
@@ -271,7 +296,7 @@ fn pieces<const N: usize>(table: &[f64], first: usize, count: usize) -> Option<&
 /// Signs that turn an exchange of real and imaginary parts into −i z.
 const TURN: [f64; 8] = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
 
-/// q and u of l = m … from x = E and y = B, or (`BACK`) what the transpose adds to E and B from x = q and y = u:
+/// q and u of l = m … from x = E and y = B, or (`BACK`) what the transpose gives to E and B, added there if `ADD`, from x = q and y = u:
 ///
 /// ```text
 /// q_l = −(W⁺_{l−2} x_{l−2} + W⁰_l x_l + W⁻_{l+2} x_{l+2}) − i (V⁺_{l−1} y_{l−1} + V⁻_{l+1} y_{l+1})
@@ -282,7 +307,7 @@ const TURN: [f64; 8] = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
 /// A vector holds four consecutive degrees, and its neighbours are four others one or two degrees further; weights are
 /// loaded twice each, for real and imaginary parts.
 #[inline(always)]
-fn mix_body<L: Lanes, const BACK: bool>(
+fn mix_body<L: Lanes, const BACK: bool, const ADD: bool>(
     token: L::Token,
     m: usize,
     factors: &[f64],
@@ -351,12 +376,12 @@ fn mix_body<L: Lanes, const BACK: bool>(
             let [a, b] = &mut ends;
             (a.get_mut(j - whole)?, b.get_mut(j - whole)?)
         };
-        put::<L, BACK>(odd[1] - even[0], to_first);
-        put::<L, BACK>(-(odd[0] + even[1]), to_second);
+        put::<L, ADD>(odd[1] - even[0], to_first);
+        put::<L, ADD>(-(odd[0] + even[1]), to_second);
     }
     for (to, from) in [first_end, second_end].into_iter().zip(&ends) {
         for (to, from) in to.iter_mut().zip(from.as_flattened()) {
-            *to = if BACK { *to + *from } else { *from };
+            *to = if ADD { *to + *from } else { *from };
         }
     }
     Some(())
@@ -409,7 +434,7 @@ pub fn spin2_coefficients(
         }
     }
     let to = [q.as_chunks_mut().0, u.as_chunks_mut().0];
-    crate::dispatch!(level, |token: L| mix_body::<L, false>(
+    crate::dispatch!(level, |token: L| mix_body::<L, false, false>(
         token,
         m,
         factors,
@@ -423,7 +448,7 @@ pub fn spin2_coefficients(
     }
 }
 
-/// The transpose of [`spin2_coefficients`]; *adds* to `e` and `b`.
+/// The transpose of [`spin2_coefficients`]; *adds* to `e` and `b` or, unless `add`, overwrites them.
 pub fn spin2_from_sums(
     level: Level,
     m: usize,
@@ -433,6 +458,7 @@ pub fn spin2_from_sums(
     steps: &[Step],
     channels: usize,
     channel: usize,
+    add: bool,
     e: &mut [Complex<f64>],
     b: &mut [Complex<f64>],
     scratch: &mut [f64],
@@ -442,17 +468,19 @@ pub fn spin2_from_sums(
         return;
     };
     for set in 0..2 {
-        let to = padded.values(set, count);
-        degrees_from_sums(sums, epsilon, steps, (channels, channel + set), to);
+        let (place, to) = ((channels, channel + set), padded.values(set, count));
+        degrees_from_sums::<_, false>(level, sums, epsilon, steps, place, to);
     }
     let (e, e_end) = e.as_chunks_mut();
     let (b, b_end) = b.as_chunks_mut();
-    crate::dispatch!(level, |token: L| mix_body::<L, true>(
-        token,
-        m,
-        factors,
-        &padded,
-        [e, b],
-        [e_end, b_end]
-    ));
+    let (to, ends) = ([e, b], [e_end, b_end]);
+    if add {
+        crate::dispatch!(level, |token: L| mix_body::<L, true, true>(
+            token, m, factors, &padded, to, ends
+        ));
+    } else {
+        crate::dispatch!(level, |token: L| mix_body::<L, true, false>(
+            token, m, factors, &padded, to, ends
+        ));
+    }
 }

@@ -236,6 +236,108 @@ fn levels_agree_legendre() {
     }
 }
 
+/// Sums → degrees is the transpose of degrees → coefficients, whatever was there before; added, it gives the bits of
+/// the sum. AVX2 = AVX-512.
+#[test]
+fn prop_written_added_mixing() {
+    const CHANNELS: usize = 3;
+    let inner = |a: &[Complex<f64>], b: &[Complex<f64>]| -> f64 {
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| a.re * b.re + a.im * b.im)
+            .sum()
+    };
+    for lmax in [0, 1, 2, 5, 12, 37] {
+        for m in [0, 1, 2, 3, lmax / 2, lmax - lmax.min(1), lmax] {
+            if m > lmax {
+                continue;
+            }
+            let order = Order::new(lmax, m);
+            let (n, count) = (order.steps.len(), lmax - m + 1);
+            let random = pseudo_random(2 * CHANNELS * n, 5);
+            let sums: Vec<Coefficient> = random
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .map(|[a, b]| [a.re, a.im, b.re, b.im])
+                .collect();
+            let from = [6, 7, 8].map(|seed| pseudo_random(count, seed));
+            let (degrees_len, padded_len) = mixing_scratch_len(count);
+            let mut fused: Vec<[Vec<Complex<f64>>; 3]> = Vec::new();
+            for level in Level::available() {
+                let back = |add: bool, start: [Vec<Complex<f64>>; 3]| {
+                    let [mut t, mut e, mut b] = start;
+                    scalar_from_sums(
+                        level,
+                        &sums,
+                        &order.epsilon,
+                        &order.steps,
+                        CHANNELS,
+                        0,
+                        add,
+                        &mut t,
+                    );
+                    spin2_from_sums(
+                        level,
+                        m,
+                        &sums,
+                        &order.factors,
+                        &order.epsilon,
+                        &order.steps,
+                        CHANNELS,
+                        1,
+                        add,
+                        &mut e,
+                        &mut b,
+                        &mut vec![f64::NAN; padded_len],
+                    );
+                    [t, e, b]
+                };
+                let nan = Complex::new(f64::NAN, f64::NAN);
+                let written = back(false, [0, 1, 2].map(|_| vec![nan; count]));
+                let added = back(true, from.clone());
+                for ((written, added), from) in written.iter().zip(&added).zip(&from) {
+                    for ((w, a), f) in written.iter().zip(added).zip(from) {
+                        assert_eq!(f + w, *a, "lmax {lmax} m {m} {level}");
+                    }
+                }
+                let mut c = vec![[0.0; 4]; CHANNELS * n];
+                let (epsilon, steps) = (&order.epsilon, &order.steps);
+                scalar_coefficients(level, &from[0], epsilon, steps, CHANNELS, 0, &mut c);
+                spin2_coefficients(
+                    level,
+                    m,
+                    &from[1],
+                    &from[2],
+                    &order.factors,
+                    epsilon,
+                    steps,
+                    CHANNELS,
+                    1,
+                    &mut c,
+                    &mut vec![nan; degrees_len],
+                    &mut vec![f64::NAN; padded_len],
+                );
+                let pairs = c.as_flattened().iter().zip(sums.as_flattened());
+                let (forth, size) = pairs.fold((0.0, 0.0), |(sum, size): (f64, f64), (x, y)| {
+                    (sum + x * y, size + (x * y).abs())
+                });
+                let other: f64 = from.iter().zip(&written).map(|(a, b)| inner(a, b)).sum();
+                assert!(
+                    (forth - other).abs() <= 1e-13 * size,
+                    "lmax {lmax} m {m}: {forth} {other}"
+                );
+                if level.name() != "portable" {
+                    fused.push(written);
+                }
+            }
+            for f in &fused {
+                assert_eq!(f, &fused[0], "lmax {lmax} m {m}");
+            }
+        }
+    }
+}
+
 /// ⟨Y a, f⟩ = ⟨a, Yᵀ f⟩ for one order, up to three channels, with garbage in the scratch; on few rings, and on more
 /// than are taken at once, with rings that join in late or never. AVX2 = AVX-512.
 #[test]

@@ -96,7 +96,7 @@ impl Part<'_> {
         }
     }
 
-    /// a_lm of eight orders → tiles (channel, active block).
+    /// a_lm of eight orders → tiles (channel, active block), those of the channels in hand.
     pub(super) fn batch(
         &self,
         own: &mut Scratch,
@@ -108,6 +108,9 @@ impl Part<'_> {
         if active.is_empty() {
             return;
         }
+        let Range { start, end } = self.in_hand();
+        let alms = &alms[start..end];
+        let tiles = &mut tiles[start * active.len()..end * active.len()];
         let grid = self.grid(batch);
         let mut places = std::mem::take(&mut own.places);
         if let Some(equidistant) = grid.equidistant {
@@ -135,7 +138,8 @@ impl Part<'_> {
         own.places = places;
     }
 
-    /// Tiles (block, channel, batch) → a_lm of eight orders, added or, if `fresh`, in place of what is there.
+    /// Tiles (block, channel, batch) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`, in place
+    /// of what is there.
     pub(super) fn batch_adjoint(
         &self,
         own: &mut Scratch,
@@ -148,13 +152,14 @@ impl Part<'_> {
         let active = self.active(batch);
         if active.is_empty() {
             if fresh {
-                let all = alms.iter_mut().flatten();
+                let all = alms.iter_mut().flat_map(|a| &mut a[self.in_hand()]);
                 all.for_each(|a| a.fill(Alm::default()));
             }
             return;
         }
         let grid = self.grid(batch);
         let tile_at = |channel: usize, block: usize| {
+            let channel = self.before + channel;
             starts[block - self.range.start] + channel * self.batches(block) + batch
         };
         let mut places = std::mem::take(&mut own.places);
@@ -221,6 +226,7 @@ impl Part<'_> {
             let offset = j * step;
             let from = Places { places, offset };
             let m = ORDERS * batch + j;
+            let alms = &mut alms[self.in_hand()];
             self.legendre_adjoint(own, grid, m, from, phases, alms, fresh);
         }
     }

@@ -1,11 +1,11 @@
-//! Transforms of up to three channels: both stages, part by part of the rings.
+//! Transforms of up to six channels: both stages, part by part of the rings.
 //!
 //! ```text
 //! synthesis, for each part of the rings      adjoint
 //!   for each batch of orders (threads):        for each block of rings (threads):
-//!     a_lm → coefficients → F_m on all rings     maps → FFT → F_m for all m
+//!     a_lm → coefficients → F_m on all rings     maps → F_m for all m
 //!   for each block of rings (threads):         for each batch of orders (threads):
-//!     F_m for all m → FFT → maps                 F_m on all rings → coefficients → add to a_lm
+//!     F_m for all m → maps                       F_m on all rings → coefficients → add to a_lm
 //! ```
 //!
 //! Between the stages F_m lies in tiles of eight orders on eight ring pairs, (batch, channel, block) for synthesis and
@@ -25,7 +25,7 @@ use std::ops::Range;
 
 pub(super) type Alm = Complex<f64>;
 
-/// Scalar maps and spin-2 pairs of a group; scalars come first among the channels.
+/// Scalar maps and spin-2 pairs that share a recurrence, three channels at most; scalars come first among them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Channels {
     pub(super) scalars: usize,
@@ -33,8 +33,8 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// The next group of what is left: one of each while there are both, then three scalars or one pair at a time.
-    pub(super) const fn next(scalars: usize, pairs: usize) -> Option<Self> {
+    /// The next of what is left: one of each while there are both, then three scalars or one pair at a time.
+    const fn next(scalars: usize, pairs: usize) -> Option<Self> {
         Some(match (scalars, pairs) {
             (0, 0) => return None,
             (0, _) => Self {
@@ -54,6 +54,23 @@ impl Channels {
 
     pub(super) const fn count(self) -> usize {
         self.scalars + 2 * self.pairs
+    }
+
+    /// Divides maps in groups. One of an odd number of channels takes the next along where `together` says so: the rings of
+    /// the caps are transformed two maps at a time.
+    pub(super) fn groups(mut scalars: usize, mut pairs: usize, together: bool) -> Vec<Vec<Self>> {
+        let mut groups: Vec<Vec<Self>> = Vec::new();
+        while let Some(next) = Self::next(scalars, pairs) {
+            scalars -= next.scalars;
+            pairs -= next.pairs;
+            match groups.last_mut() {
+                Some(group) if together && group.len() == 1 && group[0].count() % 2 == 1 => {
+                    group.push(next);
+                }
+                _ => groups.push(vec![next]),
+            }
+        }
+        groups
     }
 }
 
@@ -75,8 +92,12 @@ pub(super) struct Grid<'a> {
 }
 
 /// A part of the rings of the map, blocks `range`, and the rings of its Legendre stage.
+#[derive(Clone)]
 pub(super) struct Part<'a> {
+    /// Those in hand that share a recurrence, the number of channels before them, and that of all.
     pub(super) channels: Channels,
+    pub(super) before: usize,
+    count: usize,
     pub(super) level: Level,
     pub(super) lmax: usize,
     pub(super) range: Range<usize>,
@@ -130,15 +151,35 @@ impl<'a> Part<'a> {
         (starts, sum)
     }
 
+    /// The channels in hand among all.
+    pub(super) fn in_hand(&self) -> Range<usize> {
+        self.before..self.before + self.channels.count()
+    }
+
+    /// The same part with each of the channels of a group in hand.
+    fn each(&self, group: &[Channels]) -> Vec<Self> {
+        let mut before = 0;
+        let of = |&channels: &Channels| {
+            let part = Self {
+                channels,
+                before,
+                ..self.clone()
+            };
+            before += channels.count();
+            part
+        };
+        group.iter().map(of).collect()
+    }
+
     /// Where the tiles of every batch start in synthesis.
     fn batch_starts(&self) -> (Vec<usize>, usize) {
-        let count = self.channels.count();
+        let count = self.count;
         Self::starts((0..self.all_batches()).map(|b| count * self.active(b).len()))
     }
 
     /// Where the tiles of every block start in the adjoint.
     fn block_starts(&self) -> (Vec<usize>, usize) {
-        let count = self.channels.count();
+        let count = self.count;
         Self::starts(self.range.clone().map(|b| count * self.batches(b)))
     }
 }
@@ -182,7 +223,7 @@ impl ShtPlan {
     fn part<'a>(
         geometry: &'a Geometry,
         orders: &'a Orders,
-        (channels, level, lmax): (Channels, Level, usize),
+        (group, level, lmax): (&[Channels], Level, usize),
         range: Range<usize>,
     ) -> Part<'a> {
         // polar also without pairs: the adjoint sums in the same order in every group
@@ -193,7 +234,9 @@ impl ShtPlan {
         };
         let polar_end = geometry.polar.clamp(range.start, range.end);
         Part {
-            channels,
+            channels: group[0],
+            before: 0,
+            count: group.iter().map(|c| c.count()).sum(),
             level,
             lmax,
             map: grid(
@@ -211,38 +254,36 @@ impl ShtPlan {
         }
     }
 
+    /// `alms` and `maps`: channel by channel.
     pub(super) fn synthesise_group(
         &mut self,
-        channels: Channels,
-        scalars: &[&[Alm]],
-        pairs: &[[&[Alm]; 2]],
+        group: &[Channels],
+        alms: &[&[Alm]],
         maps: &mut [&mut [f64]],
     ) {
-        let alms: Vec<&[Alm]> = scalars
-            .iter()
-            .copied()
-            .chain(pairs.iter().flatten().copied())
-            .collect();
         let mut rest: Vec<&mut [f64]> = maps.iter_mut().map(|m| &mut **m).collect();
         for range in self.parts() {
             let part = Self::part(
                 &self.geometry,
                 &self.orders,
-                (channels, self.level, self.lmax),
+                (group, self.level, self.lmax),
                 range.clone(),
             );
             let (starts, total) = part.batch_starts();
             let tiles = room(&mut self.tiles, total);
             let mut left = &mut *tiles;
             let batches = (0..part.all_batches()).filter_map(|batch| {
-                let n = channels.count() * part.active(batch).len();
+                let n = part.count * part.active(batch).len();
                 Some((batch, left.split_off_mut(..n)?))
             });
+            let each = part.each(group);
             share(&mut self.workers, batches, |own, (batch, out)| {
-                part.batch(own, batch, &alms, out);
+                for part in &each {
+                    part.batch(own, batch, alms, out);
+                }
             });
             let tiles = &*tiles;
-            let mut tasks = Vec::with_capacity(range.len() * channels.count().div_ceil(TOGETHER));
+            let mut tasks = Vec::with_capacity(range.len() * part.count.div_ceil(TOGETHER));
             for (number, rest) in rest.chunks_mut(TOGETHER).enumerate() {
                 for block in range.clone() {
                     let (north, south) = self.geometry.pixels[block];
@@ -266,26 +307,26 @@ impl ShtPlan {
         }
     }
 
+    /// `maps` and `alms`: channel by channel.
     pub(super) fn adjoint_group(
         &mut self,
-        channels: Channels,
+        group: &[Channels],
         weights: Option<&[[f64; 8]]>,
         maps: &[&[f64]],
         alms: &mut [&mut [Alm]],
     ) {
-        let count = channels.count();
         let mut rest: Vec<&[f64]> = maps.to_vec();
         for range in self.parts() {
             let part = Self::part(
                 &self.geometry,
                 &self.orders,
-                (channels, self.level, self.lmax),
+                (group, self.level, self.lmax),
                 range.clone(),
             );
             let (starts, total) = part.block_starts();
             let tiles = room(&mut self.tiles, total);
             let mut left = &mut *tiles;
-            let mut tasks = Vec::with_capacity(range.len() * count.div_ceil(TOGETHER));
+            let mut tasks = Vec::with_capacity(range.len() * part.count.div_ceil(TOGETHER));
             for block in range.clone() {
                 let (north, south) = self.geometry.pixels[block];
                 for rest in rest.chunks_mut(TOGETHER) {
@@ -314,8 +355,11 @@ impl ShtPlan {
                 m: 0,
             };
             let first = range.start == 0;
+            let each = part.each(group);
             share(&mut self.workers, orders, |own, (batch, mut alms)| {
-                part.batch_adjoint(own, batch, tiles, &starts, &mut alms, first);
+                for part in &each {
+                    part.batch_adjoint(own, batch, tiles, &starts, &mut alms, first);
+                }
             });
         }
     }

@@ -52,6 +52,8 @@ pub(super) struct Geometry {
     pub(super) equidistant: Option<Equidistant>,
     /// Blocks per part.
     pub(super) part: usize,
+    /// Is there room for the phases of two groups?
+    together: bool,
     /// e^{imφ₀} of each block.
     pub(super) phase_tables: Vec<PhaseTable>,
     pub(super) phase_table_len: usize,
@@ -96,6 +98,7 @@ impl Geometry {
         }));
         Ok(Self {
             polar: rings.partition_point(|r| r.sin2_min < SPIN_POLE),
+            together: 2 * per_block * count <= PHASE_BYTES,
             part: match equidistant {
                 // every ring comes from all equidistant ones
                 Some(_) => count,
@@ -278,16 +281,17 @@ impl ShtPlan {
         for ([e, b], [q, u]) in eb.iter().zip(qu.iter()) {
             self.check(&[q.len(), u.len()], &[e.len(), b.len()])?;
         }
-        let (mut s, mut p) = (0, 0);
-        while let Some(channels) = Channels::next(alms.len() - s, eb.len() - p) {
-            let (s1, p1) = (s + channels.scalars, p + channels.pairs);
-            let mut out: Vec<&mut [f64]> = maps[s..s1].iter_mut().map(|m| &mut **m).collect();
-            for [q, u] in &mut qu[p..p1] {
-                out.push(q);
-                out.push(u);
+        let (mut alms, mut eb) = (alms.iter(), eb.iter());
+        let (mut maps, mut qu) = (maps.iter_mut(), qu.iter_mut());
+        for group in Channels::groups(alms.len(), eb.len(), self.geometry.together) {
+            let (mut from, mut to) = (Vec::new(), Vec::<&mut [f64]>::new());
+            for channels in &group {
+                from.extend(alms.by_ref().take(channels.scalars).copied());
+                from.extend(eb.by_ref().take(channels.pairs).flatten().copied());
+                to.extend(maps.by_ref().take(channels.scalars).map(|m| &mut **m));
+                to.extend(qu.by_ref().take(channels.pairs).flatten().map(|m| &mut **m));
             }
-            self.synthesise_group(channels, &alms[s..s1], &eb[p..p1], &mut out);
-            (s, p) = (s1, p1);
+            self.synthesise_group(&group, &from, &mut to);
         }
         Ok(())
     }
@@ -373,22 +377,17 @@ impl ShtPlan {
         for ([e, b], [q, u]) in eb.iter().zip(qu.iter()) {
             self.check(&[q.len(), u.len()], &[e.len(), b.len()])?;
         }
-        let (mut s, mut p) = (0, 0);
-        while let Some(channels) = Channels::next(maps.len() - s, qu.len() - p) {
-            let (s1, p1) = (s + channels.scalars, p + channels.pairs);
-            let mut from: Vec<&[f64]> = maps[s..s1].to_vec();
-            for [q, u] in &qu[p..p1] {
-                from.push(q);
-                from.push(u);
+        let (mut maps, mut qu) = (maps.iter(), qu.iter());
+        let (mut alms, mut eb) = (alms.iter_mut(), eb.iter_mut());
+        for group in Channels::groups(maps.len(), qu.len(), self.geometry.together) {
+            let (mut from, mut to) = (Vec::new(), Vec::<&mut [Complex<f64>]>::new());
+            for channels in &group {
+                from.extend(maps.by_ref().take(channels.scalars).copied());
+                from.extend(qu.by_ref().take(channels.pairs).flatten().copied());
+                to.extend(alms.by_ref().take(channels.scalars).map(|a| &mut **a));
+                to.extend(eb.by_ref().take(channels.pairs).flatten().map(|a| &mut **a));
             }
-            let mut out: Vec<&mut [Complex<f64>]> =
-                alms[s..s1].iter_mut().map(|a| &mut **a).collect();
-            for [e, b] in &mut eb[p..p1] {
-                out.push(e);
-                out.push(b);
-            }
-            self.adjoint_group(channels, weights, &from, &mut out);
-            (s, p) = (s1, p1);
+            self.adjoint_group(&group, weights, &from, &mut to);
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ pub(super) struct Short {
 
 impl Short {
     pub(super) fn new(len: usize) -> Option<Self> {
-        let mut short = Self {
+        let short = Self {
             len,
             radices: [0; MOST],
             count: 0,

@@ -264,12 +264,26 @@ impl Part<'_> {
         (rows, step): (&mut [PhaseBlock], usize),
     ) {
         let (coarse, fine, scratch) = equidistant.room(own);
-        fine.fill(Eight::default());
+        // zeros to where the windows have come, north and south, while that is in cache
+        let len = fine.len();
+        let mut clear = 0..len;
         for block in active.clone() {
             let next = tile((block + 1).min(active.end - 1));
             let taps = &equidistant.taps[block];
+            let end = taps.end();
+            if end > clear.start && !clear.is_empty() {
+                let rest = if 2 * end < len {
+                    end..len - end
+                } else {
+                    len..len
+                };
+                fine[clear.start..rest.start.min(clear.end)].fill(Eight::default());
+                fine[rest.end.min(clear.end)..clear.end].fill(Eight::default());
+                clear = rest;
+            }
             sound(add_to_fine(self.level, tile(block), next, taps, fine));
         }
+        fine[clear].fill(Eight::default());
         let resampling = equidistant.resampling();
         sound(resampling.coarsen(self.level, fine, coarse, scratch));
         sound(phases_from_grid(

@@ -16,8 +16,8 @@ use num_complex::Complex;
 use std::fmt;
 
 /// Below this sin²θ spin 2 runs on the spin-weighted functions instead of dividing by sin²θ. At colatitude 0.03 both
-/// have the same error (2e-14 at l = 4096); this is three times as far.
-pub(super) const SPIN_POLE: f64 = 0.01;
+/// have the same error (2e-14 at l = 4096); this is nearly twice as far.
+pub(super) const SPIN_POLE: f64 = 0.0025;
 
 /// Bytes of phases held at once for three channels; larger transforms go through the rings in parts, unless their
 /// Legendre stage runs on equidistant rings: these would have to be done again for every part.

@@ -8,8 +8,8 @@ use super::double::Double;
 use crate::error::Error;
 use crate::scalar;
 
-/// Functions below e^−46 = 1e−20 are left out.
-const NEGLIGIBLE: f64 = 46.0;
+/// Functions below e^−41.5 = 1e−18 are left out.
+const NEGLIGIBLE: f64 = 41.5;
 
 /// Eight pairs of rings (θ, π − θ), θ ≤ π/2, ordered towards the equator, and what the inner loops need of them.
 ///
@@ -31,7 +31,7 @@ pub struct RingBlock {
     pub log_sin_half: [[f64; 8]; 2],
     /// log2 cos θ/2, likewise.
     pub log_cos_half: [[f64; 8]; 2],
-    /// Orders above this contribute less than 1e−20 to any of the rings, for degrees up to the lmax given.
+    /// Orders above this contribute less than 1e−18 to any of the rings, for degrees up to the lmax given.
     pub m_limit: usize,
     /// Nearer to the pole than 45°: the recurrence runs in −sin²θ.
     pub polar: bool,
@@ -137,7 +137,7 @@ fn sine(x: f64) -> Double {
     sum.mul(Double::from(x))
 }
 
-/// The greatest order m ≤ lmax with λ_lm(θ) > e^−46 for some l ≤ lmax.
+/// The greatest order m ≤ lmax with λ_lm(θ) > e^−41.5 for some l ≤ lmax.
 ///
 /// Beyond the turning point m = l sin θ the functions fall as e^−S, S = ∫ √(m²/sin² − l²) dθ
 /// = m artanh(w/(m cos θ)) − l artanh(w/(l cos θ)), w² = m² − l² sin²θ (WKB with l + 1/2 for l). The spin-2 functions

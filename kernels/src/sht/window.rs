@@ -54,6 +54,15 @@ impl Default for RingTaps {
     }
 }
 
+impl RingTaps {
+    /// End of the points that the northern windows reach, none of them beyond that of the last ring. The southern ones are
+    /// their mirror images.
+    #[must_use]
+    pub fn end(&self) -> usize {
+        self.first[7].saturating_add(TAPS)
+    }
+}
+
 /// β of the window for so many points per harmonic.
 pub(super) fn sharpness(oversampling: f64) -> f64 {
     0.985 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling)

@@ -8,9 +8,9 @@ use dust3d_tests::random::Random;
 use dust3d_tests::tolerance;
 
 /// All radices, single passes, one and several of each, primes times powers.
-const LENGTHS: [usize; 25] = [
-    1, 2, 3, 4, 5, 7, 8, 11, 13, 16, 26, 30, 64, 77, 128, 143, 169, 180, 256, 343, 1056, 1024,
-    2160, 4096, 4160,
+const LENGTHS: [usize; 27] = [
+    1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 27, 30, 36, 49, 64, 81, 100, 128, 180, 256, 343, 1050,
+    1024, 2160, 4096,
 ];
 
 fn levels() -> Vec<Level> {
@@ -153,7 +153,7 @@ fn levels_agree_fourier() {
 #[test]
 fn edge_lengths_fourier() {
     assert!(
-        [0, 17, 2 * 19, 1 << 33]
+        [0, 11, 17, 2 * 13, 1 << 33]
             .iter()
             .all(|&n| Fourier::new(n).is_none())
     );
@@ -168,6 +168,10 @@ fn edge_lengths_fourier() {
     ] {
         assert_eq!(Fourier::good_length(least), good);
         assert!(Fourier::new(good).is_some());
+        let quick = Fourier::quick_length(least);
+        assert!(quick >= good && (quick == good || quick <= least + least / 16));
+        let work = |n| Fourier::new(n).map(|f| f.work());
+        assert!(work(quick) <= work(good), "{least}");
     }
     let mut r = ready(12);
     let level = Level::detect();

@@ -1,6 +1,6 @@
 //! Fourier transforms of eight sequences at once, one in every lane.
 //!
-//! X_k = Σ_j x_j e^{∓2πi jk/n} for lengths with prime factors up to 13. Every operation is one on eight lanes: nothing is
+//! X_k = Σ_j x_j e^{∓2πi jk/n} for lengths with prime factors up to 7. Every operation is one on eight lanes: nothing is
 //! shuffled within a vector, and eight transforms cost what one of the same operations would. Sequences of equal length
 //! come in eights here: the rings of the belt, and the colatitudes of eight orders.
 //!
@@ -14,7 +14,7 @@
 //!
 //! | file | what |
 //! | --- | --- |
-//! | `butterfly` | transforms of 2 to 13 values |
+//! | `butterfly` | transforms of 2 to 10 values |
 //! | `short` | short transforms, pass by pass |
 //! | `transform` | lengths, tables, rows and columns |
 //!

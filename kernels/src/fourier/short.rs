@@ -18,7 +18,7 @@ use crate::simd::Lanes;
 /// Most radices a short transform can have: its length is below 2^32.
 const MOST: usize = 32;
 /// Radices there are.
-const RADICES: &[u8] = &[13, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2];
+const RADICES: &[u8] = &[10, 9, 8, 7, 6, 5, 4, 3, 2];
 
 /// A short transform: rows or columns.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +70,22 @@ impl Short {
                 next.search(rest, radices, sum + usize::from(radix), best);
             }
         }
+    }
+
+    /// Tenths of vector operations per value: those of its butterflies, and seven a pass of loads, stores and twiddles.
+    pub(super) fn work(&self) -> usize {
+        let of = |&radix: &u8| match radix {
+            2 => 90,
+            3 => 117,
+            4 => 110,
+            5 => 142,
+            6 => 137,
+            7 => 164,
+            8 => 150,
+            9 => 190,
+            _ => 162,
+        };
+        self.radices().iter().map(of).sum()
     }
 
     fn radices(&self) -> &[u8] {
@@ -132,24 +148,22 @@ pub(super) struct Run {
 macro_rules! by_radix {
     ($radix:expr, $pass:ident, $($argument:expr),*) => {
         match $radix {
-            2 => $pass::<L, 2>($($argument),*),
-            3 => $pass::<L, 3>($($argument),*),
-            4 => $pass::<L, 4>($($argument),*),
-            5 => $pass::<L, 5>($($argument),*),
-            6 => $pass::<L, 6>($($argument),*),
-            7 => $pass::<L, 7>($($argument),*),
-            8 => $pass::<L, 8>($($argument),*),
-            9 => $pass::<L, 9>($($argument),*),
-            10 => $pass::<L, 10>($($argument),*),
-            11 => $pass::<L, 11>($($argument),*),
-            13 => $pass::<L, 13>($($argument),*),
+            2 => $pass::<L, 2, SWAP>($($argument),*),
+            3 => $pass::<L, 3, SWAP>($($argument),*),
+            4 => $pass::<L, 4, SWAP>($($argument),*),
+            5 => $pass::<L, 5, SWAP>($($argument),*),
+            6 => $pass::<L, 6, SWAP>($($argument),*),
+            7 => $pass::<L, 7, SWAP>($($argument),*),
+            8 => $pass::<L, 8, SWAP>($($argument),*),
+            9 => $pass::<L, 9, SWAP>($($argument),*),
+            10 => $pass::<L, 10, SWAP>($($argument),*),
             _ => {}
         }
     };
 }
 
 #[inline(always)]
-pub(super) fn short_transform<L: Lanes>(
+pub(super) fn short_transform<L: Lanes, const SWAP: usize>(
     token: L::Token,
     short: &Short,
     mut roots: &[[f64; 2]],
@@ -157,7 +171,6 @@ pub(super) fn short_transform<L: Lanes>(
     data: &mut [Eight],
     run: Run,
     scratch: &mut [Eight],
-    swap: usize,
 ) {
     let n = short.len;
     let (a, b) = scratch.split_at_mut(n);
@@ -172,19 +185,9 @@ pub(super) fn short_transform<L: Lanes>(
             let (own, rest) = roots.split_at(left * (radix - 1));
             roots = rest;
             if number == 0 {
-                by_radix!(radix, pass, token, (left, done), own, &*data, run, to, swap);
+                by_radix!(radix, pass, token, (left, done), own, &*data, run, to);
             } else {
-                by_radix!(
-                    radix,
-                    pass,
-                    token,
-                    (left, done),
-                    own,
-                    &*from,
-                    packed,
-                    to,
-                    swap
-                );
+                by_radix!(radix, pass, token, (left, done), own, &*from, packed, to);
             }
         } else {
             if number == 0 {
@@ -194,9 +197,11 @@ pub(super) fn short_transform<L: Lanes>(
                 }
                 core::mem::swap(&mut from, &mut to);
             }
-            by_radix!(
-                radix, last_pass, token, done, twist, &*from, data, run, swap
-            );
+            if let Some(twist) = twist {
+                by_radix!(radix, twisted, token, done, twist, &*from, data, run);
+            } else {
+                by_radix!(radix, plain, token, done, &[], &*from, data, run);
+            }
         }
         done *= radix;
         core::mem::swap(&mut from, &mut to);
@@ -204,17 +209,17 @@ pub(super) fn short_transform<L: Lanes>(
 }
 
 #[inline(always)]
-fn load<L: Lanes>(token: L::Token, from: &Eight, swap: usize) -> Z<L> {
+fn load<L: Lanes, const SWAP: usize>(token: L::Token, from: &Eight) -> Z<L> {
     Z {
-        re: L::load(token, &from[swap & 1]),
-        im: L::load(token, &from[swap & 1 ^ 1]),
+        re: L::load(token, &from[SWAP & 1]),
+        im: L::load(token, &from[SWAP & 1 ^ 1]),
     }
 }
 
 #[inline(always)]
-fn store<L: Lanes>(z: Z<L>, to: &mut Eight, swap: usize) {
-    z.re.store(&mut to[swap & 1]);
-    z.im.store(&mut to[swap & 1 ^ 1]);
+fn store<L: Lanes, const SWAP: usize>(z: Z<L>, to: &mut Eight) {
+    z.re.store(&mut to[SWAP & 1]);
+    z.im.store(&mut to[SWAP & 1 ^ 1]);
 }
 
 #[inline(always)]
@@ -227,14 +232,13 @@ fn splat<L: Lanes>(token: L::Token, w: [f64; 2]) -> Z<L> {
 
 /// A pass that is not the last, from a run to a packed buffer.
 #[inline(always)]
-fn pass<L: Lanes, const R: usize>(
+fn pass<L: Lanes, const R: usize, const SWAP: usize>(
     token: L::Token,
     (left, done): (usize, usize),
     roots: &[[f64; 2]],
     from: &[Eight],
     run: Run,
     to: &mut [Eight],
-    swap: usize,
 ) {
     let stride = left * done * run.step;
     for p in 0..left {
@@ -244,45 +248,67 @@ fn pass<L: Lanes, const R: usize>(
             let first = run.first + (q + p * done) * run.step;
             let mut x = [Z::zero(token); R];
             for j in 0..R {
-                x[j] = load(token, &from[first + j * stride], swap);
+                x[j] = load::<L, SWAP>(token, &from[first + j * stride]);
             }
             let y = butterfly::<L, R>(token, x);
-            store(y[0], &mut out[q], swap);
+            store::<L, SWAP>(y[0], &mut out[q]);
             for k in 1..R {
-                store(
-                    y[k].times(splat(token, own[k - 1])),
-                    &mut out[q + done * k],
-                    swap,
-                );
+                let z = y[k].times(splat(token, own[k - 1]));
+                store::<L, SWAP>(z, &mut out[q + done * k]);
             }
         }
     }
 }
 
-/// The last pass, from a packed buffer to a run, with the twist of that run.
 #[inline(always)]
-fn last_pass<L: Lanes, const R: usize>(
+fn twisted<L: Lanes, const R: usize, const SWAP: usize>(
     token: L::Token,
     done: usize,
-    twist: Option<&[[f64; 2]]>,
+    twist: &[[f64; 2]],
     from: &[Eight],
     to: &mut [Eight],
     run: Run,
-    swap: usize,
 ) {
+    last_pass::<L, R, SWAP, true>(token, done, twist, from, to, run);
+}
+
+#[inline(always)]
+fn plain<L: Lanes, const R: usize, const SWAP: usize>(
+    token: L::Token,
+    done: usize,
+    twist: &[[f64; 2]],
+    from: &[Eight],
+    to: &mut [Eight],
+    run: Run,
+) {
+    last_pass::<L, R, SWAP, false>(token, done, twist, from, to, run);
+}
+
+/// The last pass, from a packed buffer to a run; TWISTED: with the twist of that run.
+#[inline(always)]
+fn last_pass<L: Lanes, const R: usize, const SWAP: usize, const TWISTED: bool>(
+    token: L::Token,
+    done: usize,
+    twist: &[[f64; 2]],
+    from: &[Eight],
+    to: &mut [Eight],
+    run: Run,
+) {
+    let step = done * run.step;
     for q in 0..done {
         let mut x = [Z::zero(token); R];
         for j in 0..R {
-            x[j] = load(token, &from[q + j * done], swap);
+            x[j] = load::<L, SWAP>(token, &from[q + j * done]);
         }
         let y = butterfly::<L, R>(token, x);
+        let mut at = run.first + q * run.step;
         for k in 0..R {
-            let at = run.first + (q + done * k) * run.step;
-            let z = match twist {
-                Some(twist) => y[k].times(splat(token, twist[at])),
-                None => y[k],
-            };
-            store(z, &mut to[at], swap);
+            let mut z = y[k];
+            if TWISTED {
+                z = z.times(splat(token, twist[at]));
+            }
+            store::<L, SWAP>(z, &mut to[at]);
+            at += step;
         }
     }
 }

@@ -72,7 +72,7 @@ impl Places {
 }
 
 impl Fourier {
-    /// Transforms of length `n`; none unless 1 ≤ n < 2^32 has no prime factor above 13.
+    /// Transforms of length `n`; none unless 1 ≤ n < 2^32 has no prime factor above 7.
     #[must_use]
     pub fn new(n: usize) -> Option<Self> {
         if n == 0 || n >> 32 != 0 {
@@ -93,7 +93,7 @@ impl Fourier {
         })
     }
 
-    /// The least even length of at least `least` with prime factors up to 7 only: the others are slow.
+    /// The least even length of at least `least` with prime factors up to 7.
     #[must_use]
     pub fn good_length(least: usize) -> usize {
         let mut n = least.max(2).next_multiple_of(2);
@@ -109,6 +109,29 @@ impl Fourier {
             }
             n += 2;
         }
+    }
+
+    /// An even length of at least `least`, at most a sixteenth more, that takes the least [`work`](Self::work).
+    #[must_use]
+    pub fn quick_length(least: usize) -> usize {
+        let mut best = Self::good_length(least);
+        let mut work = usize::MAX;
+        let mut n = best;
+        while n <= best.max(least + least / 16) {
+            if let Some(fourier) = Self::new(n)
+                && fourier.work() < work
+            {
+                (best, work) = (n, fourier.work());
+            }
+            n = Self::good_length(n + 2);
+        }
+        best
+    }
+
+    /// Vector operations of a transform, roughly.
+    #[must_use]
+    pub fn work(&self) -> usize {
+        self.len() * (self.columns.work() + self.rows.work()) / 10
     }
 
     /// n.
@@ -189,9 +212,15 @@ impl Fourier {
         Error::check_len("sequences", self.len(), data.len())?;
         Error::check_scratch("table of roots", self.table_len(), table.len())?;
         Error::check_scratch("scratch", self.scratch_len(), scratch.len())?;
-        crate::dispatch!(level, |token: L| both::<L>(
-            token, self, table, data, scratch, rows_first, swap
-        ));
+        if swap == 0 {
+            crate::dispatch!(level, |token: L| both::<L, 0>(
+                token, self, table, data, scratch, rows_first
+            ));
+        } else {
+            crate::dispatch!(level, |token: L| both::<L, 1>(
+                token, self, table, data, scratch, rows_first
+            ));
+        }
         Ok(())
     }
 
@@ -252,16 +281,15 @@ impl Fourier {
     }
 }
 
-/// Columns and rows; Rows first leave the result in order. `swap` 1 exchanges real and imaginary parts.
+/// Columns and rows; rows first leave the result in order. SWAP 1 exchanges real and imaginary parts.
 #[inline(always)]
-fn both<L: Lanes>(
+fn both<L: Lanes, const SWAP: usize>(
     token: L::Token,
     fourier: &Fourier,
     table: &[[f64; 2]],
     data: &mut [Eight],
     scratch: &mut [Eight],
     rows_first: bool,
-    swap: usize,
 ) {
     let (columns, rows) = (&fourier.columns, &fourier.rows);
     let (column_table, rest) = table.split_at(columns.table_len());
@@ -287,7 +315,7 @@ fn both<L: Lanes>(
                 }
             };
             let twist = (stage == 0).then_some(twist);
-            short_transform::<L>(token, short, roots, twist, data, run, scratch, swap);
+            short_transform::<L, SWAP>(token, short, roots, twist, data, run, scratch);
         }
     }
 }

@@ -64,16 +64,18 @@ pub fn cap_room(rings: &CapRings<'_>) -> usize {
     rings.iter().flatten().map(CapRing::room).sum()
 }
 
-/// Length of the transform for the quarters of a ring with `orders` orders: their own, or that of a grid and a window.
-///
-/// The second where it takes less time: 4 n log₂ n cycles for a transform, 45 for a point by the window.
+/// Vector operations for a point by the window.
+const WINDOW_WORK: usize = 90;
+
+/// Length of the transform for the quarters of a ring with `orders` orders: their own, or that of a grid and a window,
+/// whichever is less work.
 #[must_use]
 pub fn cap_length(quarter: usize, orders: usize) -> usize {
     let harmonics = 2 * orders.div_ceil(CLASSES) + 1;
-    let grid = (OVERSAMPLING * harmonics as f64) as usize + 1;
-    let grid = Fourier::good_length(grid.max(2 * TAPS));
-    let transform = |n: usize| 4 * n * (n.max(1).ilog2() as usize + 1);
-    if Fourier::new(quarter).is_some() && transform(quarter) <= transform(grid) + 45 * quarter {
+    let least = (OVERSAMPLING * harmonics as f64) as usize + 1;
+    let grid = Fourier::quick_length(least.max(2 * TAPS));
+    let work = |n: usize| Fourier::new(n).map_or(usize::MAX, |f| f.work());
+    if work(quarter) <= work(grid).saturating_add(WINDOW_WORK * quarter) {
         quarter
     } else {
         grid

@@ -45,7 +45,7 @@ pub fn resampling_lengths(lmax: usize) -> (usize, usize) {
     let fine = OVERSAMPLING * (lmax + 1) as f64;
     (
         Fourier::good_length(lmax + 2),
-        Fourier::good_length((fine as usize + 1).max(2 * TAPS)),
+        Fourier::quick_length((fine as usize + 1).max(2 * TAPS)),
     )
 }
 

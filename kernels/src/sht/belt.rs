@@ -77,7 +77,7 @@ fn spectrum_body<L: Lanes>(
 
 /// F_m of a block of rings of equal length → the harmonics of N + iS at their places, for [`Fourier::backward`].
 ///
-/// Arguments as of [`super::spectrum_from_phases`]; `data` of the length of the rings.
+/// Arguments as of [`super::cap_spectrum_from_phases`], of one map; `data` of the length of the rings.
 ///
 /// # Errors
 /// [`Error::Length`] unless `data` has the length of `fourier` and there is a place within `tiles` for all orders.

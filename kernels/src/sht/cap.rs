@@ -14,10 +14,10 @@
 //!   for k, orders 4k … 4k + 3 of both maps:               for k:
 //!     Z_m, Z_−m of eight rings  (lanes are rings)           of each ring: x[κ = k], x[κ = −k − 1]
 //!     transpose: lanes are (map, r)                         transpose
-//!     of each ring: x[κ = k] ← Z_m, x[κ = −k] ← Z_−m        F_m of both maps
+//!     of each ring: x[κ = k] ← Z_m, x[κ = −k − 1] ← Z_−m    F_m of both maps
 //! ```
-//! * *Whole vectors:* Z_−m with −m = 4κ + r belongs to κ = −k for m = 4k, but also for 4k − 1, 4k − 2, 4k − 3: three are
-//!   kept from one k to the next, and every access to memory is one of eight lanes.
+//! * *Whole vectors:* Z_−m of 4k + 1 … 4k + 4 belong to κ = −k − 1. The last of these is the first order of the next k, made
+//!   one step ahead and kept, and every access to memory is one of eight lanes.
 //! * Rings so short that orders alias (near the poles, or lmax large) have their harmonics added up; the others'
 //!   are stored, and the gap between highest and lowest filled with zeros.
 

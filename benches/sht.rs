@@ -1,15 +1,19 @@
-//! Criterion benchmarks of the transforms: the Legendre stage per level, and whole transforms.
+//! Criterion benchmarks of the transforms: their stages per level, and whole transforms.
 //!
-//! `cargo bench -p dust3d-benches --bench sht`. Elements are (degree, order, ring pair) triples for the Legendre stage
-//! and pixels for whole transforms. Against other programs: `benches/peers/sht.py`.
+//! `cargo bench -p dust3d-benches --bench sht`. Elements are (degree, order, ring pair) triples for the Legendre stage,
+//! complex values for Fourier transforms and resampling, and pixels elsewhere. Against other programs: `benches/peers/sht.py`.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dust3d::kernels::Complex;
+use dust3d::kernels::fourier::{Eight, Fourier};
 use dust3d::kernels::healpix::Nside;
 use dust3d::kernels::sht::{
-    Coefficient, Line, PhaseBlock, PhaseIndex, RingBlock, adjoint, adjoint_scratch_len,
-    epsilon_len, epsilon_table, ring_block_count, ring_blocks, start_norms, step_count, step_table,
-    synthesis,
+    Aligned, CapRing, CapRings, CapWindow, Coefficient, Line, MARGIN, ORDERS, PhaseBlock,
+    PhaseIndex, PhaseTable, PhaseTile, Resampling, RingBlock, RingShapes, RingTaps, adjoint,
+    adjoint_scratch_len, belt_spectrum_from_phases, cap_factors, cap_length, cap_room,
+    cap_spectrum_from_phases, epsilon_len, epsilon_table, phase_table, phase_table_len,
+    phases_from_fine, pixels_from_belt, pixels_from_cap, resampling_factors, resampling_lengths,
+    ring_block_count, ring_blocks, ring_taps, start_norms, step_count, step_table, synthesis,
 };
 use dust3d::kernels::simd::Level;
 use dust3d::sht::ShtPlan;
@@ -81,6 +85,200 @@ fn legendre(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A transform across lanes with its table and scratch.
+struct Ready {
+    fourier: Fourier,
+    table: Vec<[f64; 2]>,
+    scratch: Vec<Eight>,
+}
+
+impl Ready {
+    fn new(n: usize) -> Self {
+        let fourier = Fourier::new(n).expect("smooth");
+        let mut table = vec![[0.0; 2]; fourier.table_len()];
+        fourier.fill_table(&mut table);
+        let scratch = vec![Eight::default(); fourier.scratch_len()];
+        Self {
+            fourier,
+            table,
+            scratch,
+        }
+    }
+}
+
+fn computed<const N: usize>(values: &[Aligned<N>]) {
+    let some = values.iter().any(|x| x[0].iter().any(|&x| x != 0.0));
+    assert!(some, "nothing was computed");
+}
+
+/// Fourier transforms across lanes, and the resampling of eight orders to the rings of Nside 512.
+fn fourier(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("fourier");
+    for n in [360, 1050, 1792, 2048] {
+        let mut ready = Ready::new(n);
+        let mut data = vec![Aligned([[1e-3; 8]; 2]); n];
+        group.throughput(Throughput::Elements(8 * n as u64));
+        for level in Level::available() {
+            group.bench_function(
+                BenchmarkId::new("there and back", format!("{level}/{n}")),
+                |b| {
+                    b.iter(|| {
+                        let Ready {
+                            fourier,
+                            table,
+                            scratch,
+                        } = &mut ready;
+                        fourier
+                            .forward(level, table, &mut data, scratch)
+                            .expect("lengths");
+                        data.iter_mut()
+                            .flat_map(|x| x.as_flattened_mut())
+                            .for_each(|x| *x /= n as f64);
+                        fourier
+                            .backward(level, table, &mut data, scratch)
+                            .expect("lengths");
+                    });
+                },
+            );
+            computed(&data);
+        }
+    }
+    let (nside, lmax) = (512, 1024);
+    let (n, m) = resampling_lengths(lmax);
+    let (mut coarse, fine) = (Ready::new(n), Ready::new(m));
+    let mut factors = vec![[0.0; 2]; lmax + 1];
+    resampling_factors(lmax, (n, m), &mut factors);
+    let mut taps = vec![RingTaps::default(); ring_block_count(nside)];
+    ring_taps(nside, lmax, m, &mut taps).expect("taps");
+    let mut grid = vec![Eight::default(); m + 2 * MARGIN];
+    let mut phases = vec![PhaseBlock::default(); ORDERS * taps.len()];
+    coarse.scratch.resize(
+        coarse.scratch.len().max(fine.scratch.len()),
+        Eight::default(),
+    );
+    group.throughput(Throughput::Elements(8 * 4 * nside));
+    for level in Level::available() {
+        group.bench_function(
+            BenchmarkId::new("refine", format!("{level}/{nside}:{lmax}")),
+            |b| {
+                b.iter(|| {
+                    let resampling = Resampling {
+                        lmax,
+                        coarse: &coarse.fourier,
+                        coarse_table: &coarse.table,
+                        fine: &fine.fourier,
+                        fine_table: &fine.table,
+                        factors: &factors,
+                    };
+                    let mut values = vec![Aligned([[1.0; 8]; 2]); n];
+                    resampling
+                        .refine(level, &mut values, &mut grid, &mut coarse.scratch)
+                        .expect("lengths");
+                    phases_from_fine(level, &grid, &taps, &mut phases).expect("lengths");
+                });
+            },
+        );
+        computed(&phases);
+    }
+    group.finish();
+}
+
+/// F_m → pixels: a block of the belt, and one of the caps for two maps.
+fn rings(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("rings");
+    let (nside, lmax) = (256, 512);
+    let orders: usize = lmax + 1;
+    let batches = orders.div_ceil(ORDERS);
+    let tiles: Vec<PhaseTile> = vec![[Aligned([[1.0; 8]; 4]); ORDERS]; 2 * batches];
+    let places: Vec<usize> = (0..2 * batches).collect();
+    let (first, second) = places.split_at(batches);
+    let mut table = vec![PhaseTable::default(); phase_table_len(lmax)];
+    for (name, block) in [("caps", 16), ("belt", 48)] {
+        let shapes = RingShapes::healpix(nside, block);
+        phase_table(&shapes, &mut table);
+        let pixels: usize = shapes.pixels.iter().sum();
+        let mut north = vec![vec![0.0; pixels]; 2];
+        let mut south = north.clone();
+        let maps = if name == "caps" { 2 } else { 1 };
+        group.throughput(Throughput::Elements((2 * maps * pixels) as u64));
+        let window = CapWindow::new();
+        let mut lengths: Vec<(Ready, Vec<f64>)> = shapes
+            .pixels
+            .iter()
+            .map(|n| {
+                let length = if name == "caps" {
+                    cap_length(n / 4, orders)
+                } else {
+                    *n
+                };
+                let mut factors = vec![0.0; if length == n / 4 { 0 } else { length / 2 + 1 }];
+                cap_factors(length, &mut factors);
+                (Ready::new(length), factors)
+            })
+            .collect();
+        for level in Level::available() {
+            group.bench_function(BenchmarkId::new(name, level), |b| {
+                b.iter(|| {
+                    if name == "belt" {
+                        let Ready {
+                            fourier,
+                            table: roots,
+                            scratch,
+                        } = &mut lengths[0].0;
+                        let mut data = vec![Eight::default(); fourier.len()];
+                        belt_spectrum_from_phases(
+                            level,
+                            &tiles,
+                            (first, orders),
+                            &table,
+                            fourier,
+                            &mut data,
+                        )
+                        .expect("lengths");
+                        fourier
+                            .backward(level, roots, &mut data, scratch)
+                            .expect("lengths");
+                        pixels_from_belt(level, &data, &mut north[0], &mut south[0])
+                            .expect("lengths");
+                        return;
+                    }
+                    let ring = |k: usize| CapRing {
+                        quarter: shapes.pixels[k] / 4,
+                        fourier: &lengths[k].0.fourier,
+                        factors: &lengths[k].1,
+                    };
+                    let all: CapRings<'_> = std::array::from_fn(|k| Some(ring(k)));
+                    let mut data = vec![Eight::default(); cap_room(&all)];
+                    let which = ([first, second], orders);
+                    cap_spectrum_from_phases(level, &tiles, which, &table, &all, &mut data)
+                        .expect("lengths");
+                    let mut scratch = vec![Eight::default(); 2048];
+                    let mut rest = &mut data[..];
+                    let mut start = 0;
+                    for (ring, (ready, _)) in all.iter().flatten().zip(&lengths) {
+                        let data = rest.split_off_mut(..ring.room()).expect("room");
+                        let points = &mut data[MARGIN..MARGIN + ring.fourier.len()];
+                        ring.fourier
+                            .backward(level, &ready.table, points, &mut scratch)
+                            .expect("lengths");
+                        let range = start..start + 4 * ring.quarter;
+                        start = range.end;
+                        let [a, b] = north.get_disjoint_mut([0, 1]).expect("two maps");
+                        let [c, d] = south.get_disjoint_mut([0, 1]).expect("two maps");
+                        let cut = [
+                            [&mut a[range.clone()], &mut c[range.clone()]],
+                            [&mut b[range.clone()], &mut d[range]],
+                        ];
+                        pixels_from_cap(level, ring, &window, data, cut).expect("lengths");
+                    }
+                });
+            });
+            assert!(north[0].iter().any(|&x| x != 0.0), "nothing was computed");
+        }
+    }
+    group.finish();
+}
+
 /// Whole transforms on one thread.
 fn transforms(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("transform");
@@ -125,5 +323,5 @@ fn transforms(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, legendre, transforms);
+criterion_group!(benches, legendre, fourier, rings, transforms);
 criterion_main!(benches);

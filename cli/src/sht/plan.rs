@@ -25,10 +25,9 @@ const PHASE_BYTES: usize = 400 << 20;
 
 /// Rings, recurrence tables, Fourier transforms and workspace of the transforms of one Nside and lmax.
 ///
-/// Workspace is allocated by the first transform that needs it and reused. At Nside 2048 and lmax 4096 a plan takes
-/// 0.15 GB (most of it FFTs of the caps, every ring with a length of its own), and its workspace 0.35 GB for each real
-/// map of a group: with maps and coefficients 1.9 GB for spin 2. A plan is used by one transform at a time
-/// (`&mut self`), which divides its work among the threads of the caller's rayon pool.
+/// Workspace is allocated by the first transform that needs it and reused. At Nside 2048 and lmax 4096 it is 0.35 GB for
+/// each real map of a group, by far the most of what a plan takes: with maps and coefficients 1.8 GB for spin 2. A plan is
+/// used by one transform at a time (`&mut self`), which divides its work among the threads of the caller's rayon pool.
 pub struct ShtPlan {
     pub(super) nside: Nside,
     pub(super) lmax: usize,

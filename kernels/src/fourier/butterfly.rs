@@ -6,9 +6,9 @@ use crate::simd::Lanes;
 
 /// A complex number in every lane.
 #[derive(Clone, Copy)]
-pub(super) struct Z<L> {
-    pub(super) re: L,
-    pub(super) im: L,
+pub(crate) struct Z<L> {
+    pub(crate) re: L,
+    pub(crate) im: L,
 }
 
 impl<L: Lanes> Z<L> {
@@ -41,7 +41,7 @@ impl<L: Lanes> Z<L> {
     }
     /// z w
     #[inline(always)]
-    pub(super) fn times(self, w: Self) -> Self {
+    pub(crate) fn times(self, w: Self) -> Self {
         Self {
             re: self.re.mul_sub(w.re, self.im * w.im),
             im: self.re.mul_add(w.im, self.im * w.re),
@@ -49,8 +49,9 @@ impl<L: Lanes> Z<L> {
     }
 }
 
+/// The transform of four values.
 #[inline(always)]
-fn four<L: Lanes>(x: [Z<L>; 4]) -> [Z<L>; 4] {
+pub(crate) fn four<L: Lanes>(x: [Z<L>; 4]) -> [Z<L>; 4] {
     let (a, b) = (x[0].add(x[2]), x[1].add(x[3]));
     let (c, d) = (x[0].sub(x[2]), x[1].sub(x[3]));
     // c − i d and c + i d without the multiplication

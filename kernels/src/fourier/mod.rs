@@ -24,4 +24,5 @@ mod butterfly;
 mod short;
 mod transform;
 
+pub(crate) use butterfly::{Z, four};
 pub use transform::{Eight, Fourier, Places};

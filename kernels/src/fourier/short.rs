@@ -146,19 +146,19 @@ pub(super) struct Run {
     pub(super) step: usize,
 }
 
-/// Calls a pass with its radix as a constant.
+/// Calls a pass with its radix, and further constants, as constants.
 macro_rules! by_radix {
-    ($radix:expr, $pass:ident, $($argument:expr),*) => {
+    ($radix:expr, $pass:ident $([$constant:literal])?, $($argument:expr),*) => {
         match $radix {
-            2 => $pass::<L, 2, SWAP>($($argument),*),
-            3 => $pass::<L, 3, SWAP>($($argument),*),
-            4 => $pass::<L, 4, SWAP>($($argument),*),
-            5 => $pass::<L, 5, SWAP>($($argument),*),
-            6 => $pass::<L, 6, SWAP>($($argument),*),
-            7 => $pass::<L, 7, SWAP>($($argument),*),
-            8 => $pass::<L, 8, SWAP>($($argument),*),
-            9 => $pass::<L, 9, SWAP>($($argument),*),
-            10 => $pass::<L, 10, SWAP>($($argument),*),
+            2 => $pass::<L, 2, SWAP $(, $constant)?>($($argument),*),
+            3 => $pass::<L, 3, SWAP $(, $constant)?>($($argument),*),
+            4 => $pass::<L, 4, SWAP $(, $constant)?>($($argument),*),
+            5 => $pass::<L, 5, SWAP $(, $constant)?>($($argument),*),
+            6 => $pass::<L, 6, SWAP $(, $constant)?>($($argument),*),
+            7 => $pass::<L, 7, SWAP $(, $constant)?>($($argument),*),
+            8 => $pass::<L, 8, SWAP $(, $constant)?>($($argument),*),
+            9 => $pass::<L, 9, SWAP $(, $constant)?>($($argument),*),
+            10 => $pass::<L, 10, SWAP $(, $constant)?>($($argument),*),
             _ => {}
         }
     };
@@ -195,12 +195,19 @@ pub(super) fn short_transform<L: Lanes, const SWAP: usize>(
             } else {
                 by_radix!(radix, pass, token, (left, done), own, &*from, packed, to);
             }
+        } else if let Some(twist) = twist {
+            by_radix!(
+                radix,
+                last_pass[true],
+                token,
+                done,
+                twist,
+                &*from,
+                data,
+                run
+            );
         } else {
-            if let Some(twist) = twist {
-                by_radix!(radix, twisted, token, done, twist, &*from, data, run);
-            } else {
-                by_radix!(radix, plain, token, done, &[], &*from, data, run);
-            }
+            by_radix!(radix, last_pass[false], token, done, &[], &*from, data, run);
         }
         done *= radix;
         core::mem::swap(&mut from, &mut to);
@@ -280,30 +287,6 @@ fn pass<L: Lanes, const R: usize, const SWAP: usize>(
             }
         }
     }
-}
-
-#[inline(always)]
-fn twisted<L: Lanes, const R: usize, const SWAP: usize>(
-    token: L::Token,
-    done: usize,
-    twist: &[[f64; 2]],
-    from: &[Eight],
-    to: &mut [Eight],
-    run: Run,
-) {
-    last_pass::<L, R, SWAP, true>(token, done, twist, from, to, run);
-}
-
-#[inline(always)]
-fn plain<L: Lanes, const R: usize, const SWAP: usize>(
-    token: L::Token,
-    done: usize,
-    twist: &[[f64; 2]],
-    from: &[Eight],
-    to: &mut [Eight],
-    run: Run,
-) {
-    last_pass::<L, R, SWAP, false>(token, done, twist, from, to, run);
 }
 
 /// The last pass, from a packed buffer to a run; TWISTED: with the twist of that run.

@@ -13,9 +13,10 @@
 //!   pixels ← x, transposed
 //! ```
 
-use super::legendre::PhaseBlock;
 use super::resampling::ORDERS;
-use super::ring_spectrum::{PhaseTable, PhaseTile, check_places, harmonics, order, phase};
+use super::ring_spectrum::{
+    PhaseTable, PhaseTile, check_places, clear_harmonics, clear_orders, harmonics, order, phase,
+};
 use super::window::prefetch;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
@@ -36,12 +37,7 @@ fn spectrum_body<L: Lanes>(
     let n = data.len();
     // orders up to `plain` have harmonics of their own
     let plain = orders.min(n.div_ceil(2));
-    let mut gap = fourier.places(plain);
-    for _ in plain..=n - plain {
-        if plain < n {
-            *data.get_mut(gap.step())? = Eight::default();
-        }
-    }
+    clear_harmonics(fourier, plain..n.min(n - plain + 1), data)?;
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
     for m in 0..orders {
@@ -139,12 +135,7 @@ fn phases_body<L: Lanes>(
             &mut tiles.get_mut(m / ORDERS)?[m % ORDERS],
         );
     }
-    if let Some(rest) = tiles
-        .get_mut(orders / ORDERS)
-        .and_then(|tile| tile.get_mut(orders % ORDERS..))
-    {
-        rest.fill(PhaseBlock::default());
-    }
+    clear_orders(tiles, orders);
     Some(())
 }
 

@@ -21,10 +21,10 @@
 //! * Rings so short that orders alias (near the poles, or lmax large) have their harmonics added up; the others'
 //!   are stored, and the gap between highest and lowest filled with zeros.
 
-use super::legendre::PhaseBlock;
 use super::resampling::{ORDERS, OVERSAMPLING};
 use super::ring_spectrum::{
-    Harmonics, PhaseTable, PhaseTile, check_places, harmonics, order, phase,
+    Harmonics, PhaseTable, PhaseTile, check_places, clear_harmonics, clear_orders, harmonics,
+    order, phase,
 };
 use super::window::{MARGIN, TAPS, factor, prefetch, sharpness};
 use crate::error::Error;
@@ -163,10 +163,7 @@ impl<'a> Walk<'a> {
         let n = self.ring.fourier.len();
         let points = data.get_mut(self.start..self.start + n)?;
         if self.distinct(groups) {
-            let mut gap = self.ring.fourier.places(groups);
-            for _ in groups..n - groups {
-                *points.get_mut(gap.step())? = Eight::default();
-            }
+            clear_harmonics(self.ring.fourier, groups..n - groups, points)?;
         } else {
             points.fill(Eight::default());
         }
@@ -361,12 +358,7 @@ fn phases_body<L: Lanes>(
         }
     }
     for tiles in &mut tiles {
-        if let Some(rest) = tiles
-            .get_mut(orders / ORDERS)
-            .and_then(|tile| tile.get_mut(orders % ORDERS..))
-        {
-            rest.fill(PhaseBlock::default());
-        }
+        clear_orders(tiles, orders);
     }
     Some(())
 }

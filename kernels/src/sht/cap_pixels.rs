@@ -18,10 +18,10 @@
 
 use super::belt::AHEAD;
 use super::cap::{CAP_MAPS, CLASSES, CapRing};
-use super::resampling::OVERSAMPLING;
+use super::resampling::{OVERSAMPLING, fold, repeat_ends};
 use super::window::{MARGIN, TAPS, bessel, sharpness};
 use crate::error::Error;
-use crate::fourier::Eight;
+use crate::fourier::{Eight, Z, four};
 use crate::scalar;
 use crate::simd::{Lanes, Level, math};
 use core::f64::consts::{FRAC_PI_2, PI};
@@ -135,18 +135,12 @@ impl Points {
 
 /// e^{iφ} at eight points of a quarter from j on.
 #[inline(always)]
-fn twist<L: Lanes>(token: L::Token, quarter: usize, j: usize) -> (L, L) {
+fn twist<L: Lanes>(token: L::Token, quarter: usize, j: usize) -> Z<L> {
     let count = L::load(token, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let step = FRAC_PI_2 / quarter as f64;
     let angle = (count + L::splat(token, j as f64)) * L::splat(token, step);
-    let (s, c) = math::sin_cos::<L>(token, angle);
-    (c, s)
-}
-
-/// Complex product.
-#[inline(always)]
-fn times<L: Lanes>((a, b): (L, L), (c, s): (L, L)) -> (L, L) {
-    (a.mul_sub(c, b * s), a.mul_add(s, b * c))
+    let (im, re) = math::sin_cos::<L>(token, angle);
+    Z { re, im }
 }
 
 /// Asks for the pixels of all quarters that come soon: sixteen streams are more than the hardware foresees.
@@ -215,21 +209,21 @@ fn pixels_body<L: Lanes>(
             }
         }
         let (re, im) = (L::transpose(token, parts[0]), L::transpose(token, parts[1]));
-        let w1 = twist::<L>(token, n, j);
-        let w2 = times::<L>(w1, w1);
-        let w3 = times::<L>(w2, w1);
+        let w = twist::<L>(token, n, j);
+        let w2 = w.times(w);
+        let w3 = w2.times(w);
         for map in 0..CAP_MAPS {
-            let at = CLASSES * map;
-            let g0 = (re[at], im[at]);
-            let g1 = times::<L>((re[at + 1], im[at + 1]), w1);
-            let g2 = times::<L>((re[at + 2], im[at + 2]), w2);
-            let g3 = times::<L>((re[at + 3], im[at + 3]), w3);
-            let (a, b) = ((g0.0 + g2.0, g0.1 + g2.1), (g0.0 - g2.0, g0.1 - g2.1));
-            let (c, d) = ((g1.0 + g3.0, g1.1 + g3.1), (g1.0 - g3.0, g1.1 - g3.1));
-            let quarters = [
-                [a.0 + c.0, b.0 - d.1, a.0 - c.0, b.0 + d.1],
-                [a.1 + c.1, b.1 + d.0, a.1 - c.1, b.1 - d.0],
-            ];
+            let mut g = [w; CLASSES];
+            for r in 0..CLASSES {
+                let at = CLASSES * map + r;
+                g[r] = Z {
+                    re: re[at],
+                    im: im[at],
+                };
+            }
+            // i for −i
+            let [y0, y3, y2, y1] = four([g[0], g[1].times(w), g[2].times(w2), g[3].times(w3)]);
+            let quarters = [[y0.re, y1.re, y2.re, y3.re], [y0.im, y1.im, y2.im, y3.im]];
             for part in 0..2 {
                 if maps[map][part].is_empty() {
                     continue;
@@ -276,8 +270,7 @@ pub fn pixels_from_cap(
     )?;
     let n = ring.fourier.len();
     if !ring.factors.is_empty() {
-        data.copy_within(n..n + MARGIN, 0);
-        data.copy_within(MARGIN..2 * MARGIN, n + MARGIN);
+        repeat_ends(n, data);
     }
     crate::dispatch!(level, |token: L| pixels_body::<L>(
         token, ring, window, data, maps
@@ -349,35 +342,31 @@ fn load_body<L: Lanes>(
         for pixels in maps.as_flattened() {
             ask::<L>(token, pixels, n, j);
         }
-        let (c, s) = twist::<L>(token, n, j);
-        let w1 = (c, -s);
-        let w2 = times::<L>(w1, w1);
-        let w3 = times::<L>(w2, w1);
+        let w = twist::<L>(token, n, j);
+        let w = Z {
+            re: w.re,
+            im: -w.im,
+        };
+        let w2 = w.times(w);
+        let w3 = w2.times(w);
         let (mut re, mut im) = ([zero; 8], [zero; 8]);
         for map in 0..CAP_MAPS {
-            let mut z = [[zero; 4]; 2];
-            for part in 0..2 {
-                if maps[map][part].is_empty() {
-                    continue;
+            let mut z = [Z { re: zero, im: zero }; CLASSES];
+            for q in 0..4 {
+                let at = q * n + j;
+                let [north, south] = maps[map];
+                if !north.is_empty() {
+                    z[q].re = L::load_padded(token, north.get(at..at + count)?, 0.0);
                 }
-                for q in 0..4 {
-                    let at = q * n + j;
-                    z[part][q] = L::load_padded(token, maps[map][part].get(at..at + count)?, 0.0);
+                if !south.is_empty() {
+                    z[q].im = L::load_padded(token, south.get(at..at + count)?, 0.0);
                 }
             }
-            let (a, b) = (
-                (z[0][0] + z[0][2], z[1][0] + z[1][2]),
-                (z[0][0] - z[0][2], z[1][0] - z[1][2]),
-            );
-            let (c, d) = (
-                (z[0][1] + z[0][3], z[1][1] + z[1][3]),
-                (z[0][1] - z[0][3], z[1][1] - z[1][3]),
-            );
-            let at = CLASSES * map;
-            (re[at], im[at]) = (a.0 + c.0, a.1 + c.1);
-            (re[at + 1], im[at + 1]) = times::<L>((b.0 + d.1, b.1 - d.0), w1);
-            (re[at + 2], im[at + 2]) = times::<L>((a.0 - c.0, a.1 - c.1), w2);
-            (re[at + 3], im[at + 3]) = times::<L>((b.0 - d.1, b.1 + d.0), w3);
+            let [y0, y1, y2, y3] = four(z);
+            let g = [y0, y1.times(w), y2.times(w2), y3.times(w3)];
+            for r in 0..CLASSES {
+                (re[CLASSES * map + r], im[CLASSES * map + r]) = (g[r].re, g[r].im);
+            }
         }
         let (re, im) = (L::transpose(token, re), L::transpose(token, im));
         if ring.factors.is_empty() {
@@ -430,9 +419,7 @@ pub fn cap_from_pixels(
         token, ring, window, maps, data
     ));
     if windowed {
-        crate::dispatch!(level, |token: L| super::resampling::fold::<L>(
-            token, n, data
-        ));
+        crate::dispatch!(level, |token: L| fold::<L>(token, n, data));
     }
     Ok(())
 }

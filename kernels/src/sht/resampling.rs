@@ -351,8 +351,7 @@ impl Resampling<'_> {
             (self.fine, &mut *grid)
         ));
         self.fine.backward(level, self.fine_table, grid, scratch)?;
-        fine.copy_within(n..n + MARGIN, 0);
-        fine.copy_within(MARGIN..2 * MARGIN, n + MARGIN);
+        repeat_ends(n, fine);
         Ok(())
     }
 
@@ -384,6 +383,12 @@ impl Resampling<'_> {
         self.coarse
             .backward(level, self.coarse_table, coarse, scratch)
     }
+}
+
+/// Fills the margins of a grid of n points, n at least as long as one.
+pub(super) fn repeat_ends(n: usize, fine: &mut [Eight]) {
+    fine.copy_within(n..n + MARGIN, 0);
+    fine.copy_within(MARGIN..2 * MARGIN, n + MARGIN);
 }
 
 /// Adds the margins to the points they repeat.

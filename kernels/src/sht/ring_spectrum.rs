@@ -10,8 +10,10 @@
 use super::legendre::{Aligned, PhaseBlock};
 use super::resampling::ORDERS;
 use crate::error::Error;
+use crate::fourier::{Eight, Fourier};
 use crate::scalar;
 use crate::simd::Lanes;
+use core::ops::Range;
 
 /// Orders per coarse step of the table of phases.
 const FINE: usize = 64;
@@ -140,5 +142,28 @@ pub(super) fn order<L: Lanes>(
     if m == 0 {
         block[1] = [0.0; 8];
         block[3] = [0.0; 8];
+    }
+}
+
+/// Zeros in place of the harmonics `gap`.
+pub(super) fn clear_harmonics(
+    fourier: &Fourier,
+    gap: Range<usize>,
+    points: &mut [Eight],
+) -> Option<()> {
+    let mut places = fourier.places(gap.start);
+    for _ in gap {
+        *points.get_mut(places.step())? = Eight::default();
+    }
+    Some(())
+}
+
+/// Zeros in place of the orders that the last tile has beyond `orders`.
+pub(super) fn clear_orders(tiles: &mut [PhaseTile], orders: usize) {
+    if let Some(rest) = tiles
+        .get_mut(orders / ORDERS)
+        .and_then(|tile| tile.get_mut(orders % ORDERS..))
+    {
+        rest.fill(PhaseBlock::default());
     }
 }

@@ -9,8 +9,8 @@ use dust3d::kernels::fourier::{Eight, Fourier};
 use dust3d::kernels::healpix::Nside;
 use dust3d::kernels::sht::{
     Aligned, CapRing, CapRings, CapWindow, Coefficient, Line, MARGIN, ORDERS, PhaseBlock,
-    PhaseIndex, PhaseTable, PhaseTile, Resampling, RingBlock, RingShapes, RingTaps, adjoint,
-    adjoint_scratch_len, belt_spectrum_from_phases, cap_factors, cap_length, cap_room,
+    PhaseIndex, PhaseTable, PhaseTile, Resampling, RingBlock, RingShapes, RingTaps, Stores,
+    adjoint, adjoint_scratch_len, belt_spectrum_from_phases, cap_factors, cap_length, cap_room,
     cap_spectrum_from_phases, epsilon_len, epsilon_table, phase_table, phase_table_len,
     phases_from_fine, pixels_from_belt, pixels_from_cap, resampling_factors, resampling_lengths,
     ring_block_count, ring_blocks, ring_taps, start_norms, step_count, step_table, synthesis,
@@ -174,7 +174,8 @@ fn fourier(criterion: &mut Criterion) {
                     resampling
                         .refine(level, &mut values, &mut grid, &mut coarse.scratch)
                         .expect("lengths");
-                    phases_from_fine(level, &grid, &taps, &mut phases).expect("lengths");
+                    phases_from_fine(level, &grid, &taps, &mut phases, Stores::Cached)
+                        .expect("lengths");
                 });
             },
         );

@@ -112,7 +112,7 @@ impl Block {
     }
 
     /// Maps → F_m, the transpose.
-    fn adjoint(&self, level: Level, maps: &Maps) -> Vec<PhaseTile> {
+    fn adjoint(&self, level: Level, maps: &Maps, stores: Stores) -> Vec<PhaseTile> {
         let rings = self.rings();
         let mut data = vec![Aligned([[f64::NAN; 8]; 2]); cap_room(&rings)];
         let mut rest = &mut data[..];
@@ -136,7 +136,8 @@ impl Block {
         let mut tiles = vec![[Aligned([[f64::NAN; 8]; 4]); ORDERS]; CAP_MAPS * each];
         let (first, second) = tiles.split_at_mut(each);
         let to = ([first, second], self.orders);
-        phases_from_cap_spectrum(level, &data, &rings, &[1.0; 8], &self.table, to).unwrap();
+        let table = &self.table;
+        phases_from_cap_spectrum(level, &data, &rings, &[1.0; 8], table, to, stores).unwrap();
         tiles
     }
 
@@ -169,14 +170,14 @@ fn blocks() -> Vec<Block> {
     ]
 }
 
-fn levels() -> impl Iterator<Item = Level> {
+pub(crate) fn levels() -> impl Iterator<Item = Level> {
     ["portable", "avx2", "avx512"]
         .into_iter()
         .filter_map(Level::by_name)
 }
 
 /// Σ_m (2 − δ_m0) Re F_m e^{imφ}, φ = φ₀ + 2πj/n.
-fn direct(f: &[Alm], shifted: bool, n: usize, j: usize) -> f64 {
+pub(crate) fn direct(f: &[Alm], shifted: bool, n: usize, j: usize) -> f64 {
     let shift = usize::from(shifted);
     f.iter()
         .enumerate()
@@ -237,7 +238,7 @@ fn adjoint_rings_cap() {
                 .flat_map(|(a, b)| a.iter().zip(b))
                 .map(|(a, b)| a * b)
                 .sum();
-            let back = block.adjoint(level, &maps);
+            let back = block.adjoint(level, &maps, Stores::Cached);
             let each = block.orders.div_ceil(ORDERS) * ORDERS;
             let product = |(k, (a, b)): (usize, (&PhaseBlock, &PhaseBlock))| -> f64 {
                 let weight = if k % each == 0 { 1.0 } else { 2.0 };
@@ -264,7 +265,7 @@ fn adjoint_rings_cap() {
 }
 
 #[test]
-fn bits_equal_maps_levels_cap() {
+fn bits_equal_maps_stores_levels_cap() {
     for block in blocks() {
         let tiles = block.random(2);
         let each = block.orders.div_ceil(ORDERS);
@@ -278,17 +279,19 @@ fn bits_equal_maps_levels_cap() {
                 let alone = block.synthesis(level, 1, &tiles[k * each..(k + 1) * each]);
                 assert_eq!(&alone[0], map, "{:?} {level}", block.quarters);
             }
-            let back = block.adjoint(level, &both);
+            let back = block.adjoint(level, &both, Stores::Cached);
+            let streamed = block.adjoint(level, &both, Stores::Streamed);
+            assert_eq!(back, streamed, "{:?} {level}", block.quarters);
             let [_, second] = both;
-            let alone = block.adjoint(level, &[second, Default::default()]);
+            let alone = block.adjoint(level, &[second, Default::default()], Stores::Cached);
             assert_eq!(alone[..each], back[each..], "{:?} {level}", block.quarters);
         }
         if let [a, b] = fused[..] {
             let maps = block.synthesis(a, 2, &tiles);
             assert_eq!(maps, block.synthesis(b, 2, &tiles), "{:?}", block.quarters);
             assert_eq!(
-                block.adjoint(a, &maps),
-                block.adjoint(b, &maps),
+                block.adjoint(a, &maps, Stores::Cached),
+                block.adjoint(b, &maps, Stores::Streamed),
                 "{:?}",
                 block.quarters
             );

@@ -1,5 +1,6 @@
 //! Tests of the kernels, one module per topic.
 
+mod belt;
 mod cap;
 mod column;
 mod field;

@@ -57,7 +57,7 @@ impl Ready {
     }
 
     /// Phases (orders, equidistant blocks) → (blocks of the map, orders).
-    fn apply(&mut self, level: Level, phases: &[PhaseBlock]) -> Vec<PhaseBlock> {
+    fn apply(&mut self, level: Level, phases: &[PhaseBlock], stores: Stores) -> Vec<PhaseBlock> {
         let mut coarse = vec![Eight::default(); self.coarse.0.len()];
         let mut fine = vec![Aligned([[f64::NAN; 8]; 2]); self.fine.0.len() + 2 * MARGIN];
         let blocks = self.carriers.len();
@@ -68,7 +68,7 @@ impl Ready {
             .unwrap();
         self.scratch = scratch;
         let mut out = vec![PhaseBlock::default(); ORDERS * self.taps.len()];
-        phases_from_fine(level, &fine, &self.taps, &mut out).unwrap();
+        phases_from_fine(level, &fine, &self.taps, &mut out, stores).unwrap();
         out
     }
 
@@ -167,7 +167,9 @@ fn naive_series_resampling() {
             .into_iter()
             .filter_map(Level::by_name)
         {
-            let out = ready.apply(level, &phases);
+            let out = ready.apply(level, &phases, Stores::Cached);
+            let streamed = ready.apply(level, &phases, Stores::Streamed);
+            assert_eq!(out, streamed, "{nside} {lmax} {level}");
             let (mut error, mut count) = (0.0, 0.0);
             for pair in 0..2 * nside {
                 let theta = colatitude(nside, pair);
@@ -236,7 +238,10 @@ fn adjoint_sizes_resampling() {
             let Some(level) = Level::by_name(name) else {
                 continue;
             };
-            let (ax, aty) = (ready.apply(level, &x), ready.transpose(level, &y));
+            let (ax, aty) = (
+                ready.apply(level, &x, Stores::Cached),
+                ready.transpose(level, &y),
+            );
             let size = (dot(&ax, &ax) * dot(&y, &y)).sqrt();
             let off = (dot(&ax, &y) - dot(&x, &aty)) / size;
             assert!(off.abs() < 2e-15, "{nside} {lmax} {name}: {off}");
@@ -258,7 +263,7 @@ fn edge_lengths_resampling() {
     assert!(grid_from_phases(level, &phases, step, carriers, &mut grid).is_err());
     let mut out = vec![PhaseBlock::default(); 7];
     assert!(phases_from_grid(level, &grid, carriers, &mut out, step).is_err());
-    assert!(phases_from_fine(level, &grid, &ready.taps, &mut out).is_err());
+    assert!(phases_from_fine(level, &grid, &ready.taps, &mut out, Stores::Cached).is_err());
     assert!(add_to_fine(level, &phases, &[], &ready.taps[0], &mut grid).is_err());
     let mut scratch = vec![Eight::default(); 64];
     let mut fine = vec![Eight::default(); ready.fine.0.len()];

@@ -16,6 +16,8 @@ struct Order {
     wigner: Vec<WignerStep>,
     wigner_norm: [f64; 2],
     factors: Vec<f64>,
+    /// Where, and how, synthesis writes.
+    index: PhaseIndex<'static>,
 }
 
 impl Order {
@@ -41,6 +43,7 @@ impl Order {
             steps,
             wigner,
             factors,
+            index: PhaseIndex::default(),
         }
     }
 
@@ -57,7 +60,7 @@ impl Order {
             &self.steps,
             1,
             &c,
-            PhaseIndex::default(),
+            self.index,
             &mut out,
         )
         .unwrap();
@@ -99,7 +102,7 @@ impl Order {
             &self.steps,
             2,
             &c,
-            PhaseIndex::default(),
+            self.index,
             &mut out,
         )
         .unwrap();
@@ -124,7 +127,7 @@ impl Order {
             self.wigner_norm,
             &self.wigner,
             &c,
-            PhaseIndex::default(),
+            self.index,
             &mut out,
         )
         .unwrap();
@@ -206,21 +209,31 @@ fn levels_agree_legendre() {
     for lmax in [5, 63, 127] {
         ring_blocks(nside, lmax, &mut rings).unwrap();
         for m in [0, 1, 2, 5, 40, 63, 127].into_iter().filter(|&m| m <= lmax) {
-            let order = Order::new(lmax, m);
+            let mut order = Order::new(lmax, m);
             let e = pseudo_random(lmax - m + 1, 3);
             let b = pseudo_random(lmax - m + 1, 4);
-            let run = |level| {
+            let run = |order: &Order, level| {
                 let mut all = order.scalar(level, &rings, &e);
                 all.extend(order.pair(level, &rings, &e, &b));
                 all.extend(order.polar_pair(level, &rings, &e, &b));
                 all
             };
-            let portable = run(Level::portable());
+            let portable = run(&order, Level::portable());
             let fused: Vec<_> = ["avx2", "avx512"]
                 .iter()
                 .filter_map(|n| Level::by_name(n))
-                .map(run)
+                .map(|level| run(&order, level))
                 .collect();
+            order.index.stores = Stores::Streamed;
+            for level in Level::available() {
+                let streamed = run(&order, level);
+                let cached = if level == Level::portable() {
+                    &portable
+                } else {
+                    &fused[0]
+                };
+                assert_eq!(&streamed, cached, "lmax {lmax} m {m} {level}");
+            }
             for f in &fused {
                 assert_eq!(f, &fused[0], "lmax {lmax} m {m}");
                 for (x, y) in f.iter().zip(&portable) {

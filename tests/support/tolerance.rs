@@ -120,6 +120,7 @@ tolerances! {
 // Fourier transforms across lanes, direct sums.
 tolerances! {
     FOURIER: "fourier::Fourier", "root mean square error over that of the result, n to 5000", 8e-16, "rounding of twiddles and butterflies, growing as the root of the number of passes";
+    BELT: "sht::belt_spectrum_from_phases, pixels_from_belt", "root mean square error over that of the pixels, flat spectrum", 1e-15, "rounding of the transform and of e^{imφ₀}";
     CAP: "sht::cap_spectrum_from_phases, pixels_from_cap", "root mean square error over that of the pixels, flat spectrum", 6e-14, "aliasing of a window of 16 points; the highest harmonics grow twentyfold between the transforms";
     RESAMPLING: "sht::Resampling", "root mean square error over that of the series, flat spectrum, lmax to 300", 6e-14, "aliasing of a window of 16 points; the highest harmonics grow twentyfold between the transforms";
 }

@@ -9,7 +9,7 @@ use super::group::{Alm, Grid, Part, sound};
 use super::workers::{Scratch, room};
 use dust3d_kernels::fourier::Eight;
 use dust3d_kernels::sht::{
-    ORDERS, PhaseBlock, PhaseIndex, PhaseTile, RingTaps, add_to_fine, grid_from_phases,
+    ORDERS, PhaseBlock, PhaseIndex, PhaseTile, RingTaps, Stores, add_to_fine, grid_from_phases,
     phases_from_fine, phases_from_grid,
 };
 use std::ops::Range;
@@ -22,6 +22,8 @@ const NOWHERE: usize = usize::MAX;
 pub(super) struct Places<'a> {
     places: &'a [usize],
     offset: usize,
+    /// How synthesis leaves them there.
+    stores: Stores,
 }
 
 impl<'a> Places<'a> {
@@ -32,6 +34,7 @@ impl<'a> Places<'a> {
             places: Some(places),
             offset: self.offset,
             divided,
+            stores: self.stores,
         })
     }
 }
@@ -204,10 +207,20 @@ impl Part<'_> {
         out: &mut [PhaseBlock],
     ) {
         self.clear(grid, batch, (places, step), out);
+        // rows of equidistant rings are read at once
+        let stores = match grid.equidistant {
+            Some(_) => Stores::Cached,
+            None => self.stores,
+        };
         let first = ORDERS * batch;
         for j in 0..ORDERS.min(self.lmax + 1 - first) {
             let offset = j * step;
-            self.legendre(own, grid, first + j, alms, Places { places, offset }, out);
+            let to = Places {
+                places,
+                offset,
+                stores,
+            };
+            self.legendre(own, grid, first + j, alms, to, out);
         }
     }
 
@@ -224,7 +237,11 @@ impl Part<'_> {
     ) {
         for (j, alms) in alms.iter_mut().enumerate() {
             let offset = j * step;
-            let from = Places { places, offset };
+            let from = Places {
+                places,
+                offset,
+                stores: Stores::Cached,
+            };
             let m = ORDERS * batch + j;
             let alms = &mut alms[self.in_hand()];
             self.legendre_adjoint(own, grid, m, from, phases, alms, fresh);
@@ -251,7 +268,7 @@ impl Part<'_> {
         let resampling = equidistant.resampling();
         sound(resampling.refine(self.level, coarse, fine, scratch));
         let tiles = tiles.as_flattened_mut();
-        sound(phases_from_fine(self.level, fine, taps, tiles));
+        sound(phases_from_fine(self.level, fine, taps, tiles, self.stores));
     }
 
     /// The transpose of [`refine`](Self::refine).

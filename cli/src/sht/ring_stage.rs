@@ -138,8 +138,8 @@ impl Part<'_> {
                     &belt.fourier,
                     &scale,
                     table,
-                    tiles,
-                    reach,
+                    (tiles, reach),
+                    self.stores,
                 ));
             }
             return;
@@ -180,6 +180,7 @@ impl Part<'_> {
             &scale,
             table,
             ([first, second], reach),
+            self.stores,
         ));
     }
 }

@@ -9,7 +9,7 @@
 
 use super::short::{Run, Short, root, short_transform};
 use crate::error::Error;
-use crate::sht::Aligned;
+use crate::simd::Aligned;
 use crate::simd::{Lanes, Level};
 
 /// One value of eight sequences: real parts, imaginary parts.

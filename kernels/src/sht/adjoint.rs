@@ -29,12 +29,12 @@
 //! * The order of summation over rings is that of the rings, lane by lane, whatever the tiles and panels: all levels
 //!   with fused multiply-add give the same bits, as do batches.
 
-use super::legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex, advance, first_active};
+use super::legendre::{Coefficient, PhaseBlock, PhaseIndex, advance, first_active};
 use super::recurrence::Step;
 use super::rings::RingBlock;
 use super::start::{CHECK, rescale, sine_power};
 use crate::error::Error;
-use crate::simd::{Lanes, Level, Mask};
+use crate::simd::{Aligned, Lanes, Level, Mask};
 use core::array;
 use core::hint::black_box;
 

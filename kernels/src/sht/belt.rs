@@ -20,7 +20,7 @@ use super::ring_spectrum::{
 use super::window::prefetch;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
-use crate::simd::{Lanes, Level};
+use crate::simd::{Lanes, Level, Stores, Writer};
 
 /// Pixels asked for before they are read or written.
 pub(super) const AHEAD: usize = 32;
@@ -105,13 +105,15 @@ fn phases_body<L: Lanes>(
     fourier: &Fourier,
     scale: &[f64; 8],
     table: &[PhaseTable],
-    tiles: &mut [PhaseTile],
-    orders: usize,
+    (tiles, orders): (&mut [PhaseTile], usize),
+    stores: Stores,
 ) -> Option<()> {
     let n = data.len();
     let scale = L::load(token, scale) * L::splat(token, 0.5);
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
+    clear_orders(tiles, orders);
+    let mut blocks = Writer::new(token, tiles.as_flattened_mut(), stores);
     for m in 0..orders {
         let (c, s) = phase::<L>(token, m, table)?;
         let (c, s) = (c * scale, s * scale);
@@ -128,19 +130,13 @@ fn phases_body<L: Lanes>(
         };
         let plus = [L::load(token, &plus[0]), L::load(token, &plus[1])];
         let minus = [L::load(token, &minus[0]), L::load(token, &minus[1])];
-        order::<L>(
-            [plus, minus],
-            m,
-            (c, s),
-            &mut tiles.get_mut(m / ORDERS)?[m % ORDERS],
-        );
+        blocks.put(m, order::<L>(token, [plus, minus], m, (c, s)))?;
     }
-    clear_orders(tiles, orders);
     Some(())
 }
 
 /// The transpose: harmonics from [`Fourier::forward`] → tiles of F_m, in order; orders beyond `orders` in the last one
-/// become zero.
+/// become zero. `stores`: how tiles are written.
 ///
 /// # Errors
 /// [`Error::Length`] unless `data` has the length of `fourier` and `tiles` hold `orders`.
@@ -150,13 +146,19 @@ pub fn phases_from_belt_spectrum(
     fourier: &Fourier,
     scale: &[f64; 8],
     table: &[PhaseTable],
-    tiles: &mut [PhaseTile],
-    orders: usize,
+    (tiles, orders): (&mut [PhaseTile], usize),
+    stores: Stores,
 ) -> Result<(), Error> {
     Error::check_len("spectra", fourier.len(), data.len())?;
     Error::check_len("phases", orders.div_ceil(ORDERS), tiles.len())?;
     crate::dispatch!(level, |token: L| phases_body::<L>(
-        token, data, fourier, scale, table, tiles, orders
+        token,
+        data,
+        fourier,
+        scale,
+        table,
+        (tiles, orders),
+        stores
     ));
     Ok(())
 }

@@ -29,7 +29,7 @@ use super::ring_spectrum::{
 use super::window::{MARGIN, TAPS, factor, prefetch, sharpness};
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier, Places};
-use crate::simd::{Lanes, Level};
+use crate::simd::{Lanes, Level, Stores, Writer};
 
 /// Classes of orders: m modulo 4.
 pub(super) const CLASSES: usize = 4;
@@ -310,12 +310,17 @@ fn phases_body<L: Lanes>(
     scale: &[f64; 8],
     table: &[PhaseTable],
     (tiles, orders): ([&mut [PhaseTile]; CAP_MAPS], usize),
+    stores: Stores,
 ) -> Option<()> {
     let zero = L::splat(token, 0.0);
     let scale = L::load(token, scale) * L::splat(token, 0.5);
     let mut walks = Walk::all(rings);
     let mut opposite = [[zero; 2]; CAP_MAPS];
-    let mut tiles = tiles;
+    let missing = tiles.each_ref().map(|tiles| tiles.is_empty());
+    let mut blocks = tiles.map(|tiles| {
+        clear_orders(tiles, orders);
+        Writer::new(token, tiles.as_flattened_mut(), stores)
+    });
     for k in 0..orders.div_ceil(CLASSES) {
         let (mut plus, mut minus) = ([[zero; 8]; 2], [[zero; 8]; 2]);
         for lane in 0..8 {
@@ -340,9 +345,9 @@ fn phases_body<L: Lanes>(
             }
             let (c, s) = phase::<L>(token, m, table)?;
             for map in 0..CAP_MAPS {
-                let Some(tile) = tiles[map].get_mut(m / ORDERS) else {
+                if missing[map] {
                     continue;
-                };
+                }
                 let at = CLASSES * map;
                 let z = [plus[0][at + r], plus[1][at + r]];
                 let other = match (m, r) {
@@ -350,21 +355,19 @@ fn phases_body<L: Lanes>(
                     (_, 0) => opposite[map],
                     _ => [minus[0][at + CLASSES - r], minus[1][at + CLASSES - r]],
                 };
-                order::<L>([z, other], m, (c * scale, s * scale), &mut tile[m % ORDERS]);
+                let values = order::<L>(token, [z, other], m, (c * scale, s * scale));
+                blocks[map].put(m, values)?;
             }
         }
         for map in 0..CAP_MAPS {
             opposite[map] = [minus[0][CLASSES * map], minus[1][CLASSES * map]];
         }
     }
-    for tiles in &mut tiles {
-        clear_orders(tiles, orders);
-    }
     Some(())
 }
 
 /// The transpose of [`cap_spectrum_from_phases`]: harmonics from [`Fourier::forward`] → tiles of F_m of each map, in order
-/// (none for a map that is not there); orders beyond `orders` in the last one become zero.
+/// (none for a map that is not there); orders beyond `orders` in the last one become zero. `stores`: how tiles are written.
 ///
 /// # Errors
 /// [`Error::Length`] unless `data` and factors are as long as the rings say and `tiles` hold `orders`.
@@ -375,6 +378,7 @@ pub fn phases_from_cap_spectrum(
     scale: &[f64; 8],
     table: &[PhaseTable],
     (tiles, orders): ([&mut [PhaseTile]; CAP_MAPS], usize),
+    stores: Stores,
 ) -> Result<(), Error> {
     check(rings, data.len(), orders)?;
     for tiles in &tiles {
@@ -388,7 +392,8 @@ pub fn phases_from_cap_spectrum(
         rings,
         scale,
         table,
-        (tiles, orders)
+        (tiles, orders),
+        stores
     ));
     Ok(())
 }

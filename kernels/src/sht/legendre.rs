@@ -27,36 +27,10 @@
 use super::recurrence::Step;
 use super::rings::RingBlock;
 use crate::error::Error;
-use crate::simd::Lanes;
+use crate::simd::{Aligned, Lanes, Stores};
 
 /// Coefficients of one step and channel: even part real, imaginary, odd part real, imaginary.
 pub type Coefficient = [f64; 4];
-/// Vectors of eight, each on its own cache line: unaligned ones would straddle two, at half the speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(64))]
-pub struct Aligned<const N: usize>(pub [[f64; 8]; N]);
-
-impl<const N: usize> Default for Aligned<N> {
-    fn default() -> Self {
-        Self([[0.0; 8]; N])
-    }
-}
-
-impl<const N: usize> core::ops::Deref for Aligned<N> {
-    type Target = [[f64; 8]; N];
-    #[inline(always)]
-    fn deref(&self) -> &Self::Target {
-        &self.0
-    }
-}
-
-impl<const N: usize> core::ops::DerefMut for Aligned<N> {
-    #[inline(always)]
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.0
-    }
-}
-
 /// F_m on eight ring pairs: north real, imaginary, south real, imaginary.
 pub type PhaseBlock = Aligned<4>;
 
@@ -72,6 +46,8 @@ pub struct PhaseIndex<'a> {
     pub offset: usize,
     /// First channel whose sums are sin²θ times F_m, as those of spin 2: they are divided.
     pub divided: usize,
+    /// How synthesis writes F_m; the adjoint only reads.
+    pub stores: Stores,
 }
 
 impl Default for PhaseIndex<'_> {
@@ -81,6 +57,7 @@ impl Default for PhaseIndex<'_> {
             places: None,
             offset: 0,
             divided: usize::MAX,
+            stores: Stores::Cached,
         }
     }
 }

@@ -47,6 +47,7 @@ mod wigner;
 mod wigner_adjoint;
 mod window;
 
+pub use crate::simd::{Aligned, Stores};
 pub use adjoint::{Line, adjoint, adjoint_scratch_len};
 pub use belt::{
     belt_from_pixels, belt_spectrum_from_phases, phases_from_belt_spectrum, pixels_from_belt,
@@ -56,7 +57,7 @@ pub use cap::{
     phases_from_cap_spectrum,
 };
 pub use cap_pixels::{CapWindow, cap_from_pixels, pixels_from_cap};
-pub use legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex};
+pub use legendre::{Coefficient, PhaseBlock, PhaseIndex};
 pub use mixing::{
     mixing_scratch_len, scalar_coefficients, scalar_from_sums, spin_factor_len, spin_factor_table,
     spin2_coefficients, spin2_from_sums,

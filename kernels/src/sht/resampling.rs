@@ -23,12 +23,12 @@
 //! \[MW11\] McEwen & Wiaux, IEEE Trans. Signal Process. 59, 5876 (2011).
 //! \[RBC23\] Reinecke, Belkner & Carron, A&A 678, A165 (2023).
 
-use super::legendre::{Aligned, PhaseBlock};
+use super::legendre::PhaseBlock;
 use super::window::{MARGIN, TAPS, factor, sharpness};
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::scalar;
-use crate::simd::{Lanes, Level};
+use crate::simd::{Aligned, Lanes, Level, Stores, Writer};
 use core::f64::consts::PI;
 
 /// Orders of a batch: four pairs.
@@ -126,7 +126,7 @@ pub(super) fn halves<L: Lanes>(
 pub(super) fn whole<L: Lanes>(
     token: L::Token,
     mut values: Values<L>,
-    phases: &mut [PhaseBlock],
+    phases: &mut Writer<'_, L, 4>,
     (first, step): (usize, usize),
     carrier: &Carrier,
 ) -> Option<()> {
@@ -149,11 +149,14 @@ pub(super) fn whole<L: Lanes>(
             (near[here], near[here + 1]) = (even_re + odd_re, even_im + odd_im);
             (far[here], far[here + 1]) = (even_re - odd_re, even_im - odd_im);
         }
+        let (mut a, mut b) = (near, near);
         for k in 0..4 {
             let opposite = far[k ^ 2];
-            (near[k] + opposite).store(&mut phases.get_mut(first + 2 * t * step)?[k]);
-            (near[k] - opposite).store(&mut phases.get_mut(first + (2 * t + 1) * step)?[k]);
+            a[k] += opposite;
+            b[k] -= opposite;
         }
+        phases.put(first + 2 * t * step, a)?;
+        phases.put(first + (2 * t + 1) * step, b)?;
     }
     Some(())
 }
@@ -219,6 +222,7 @@ fn scatter_body<L: Lanes>(
     step: usize,
 ) -> Option<()> {
     let n = grid.len();
+    let mut phases = Writer::new(token, phases, Stores::Cached);
     for (b, carrier) in carriers.iter().enumerate() {
         let mut v = [[L::splat(token, 0.0); 8]; 4];
         for lane in 0..8 {
@@ -232,7 +236,7 @@ fn scatter_body<L: Lanes>(
             v[2][lane] = L::load(token, &south[0]);
             v[3][lane] = L::load(token, &south[1]);
         }
-        whole::<L>(token, v, phases, (b, step), carrier)?;
+        whole::<L>(token, v, &mut phases, (b, step), carrier)?;
     }
     Some(())
 }

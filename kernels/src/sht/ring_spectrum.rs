@@ -7,12 +7,12 @@
 //!
 //! e^{imφ₀} is the product of two table entries, e^{i 64 m₁ φ₀} e^{i m₀ φ₀}, each correctly reduced: no drift with m.
 
-use super::legendre::{Aligned, PhaseBlock};
+use super::legendre::PhaseBlock;
 use super::resampling::ORDERS;
 use crate::error::Error;
 use crate::fourier::{Eight, Fourier};
 use crate::scalar;
-use crate::simd::Lanes;
+use crate::simd::{Aligned, Lanes};
 use core::ops::Range;
 
 /// Orders per coarse step of the table of phases.
@@ -128,21 +128,24 @@ pub(super) fn harmonics<L: Lanes>(
 /// N = (Z_m + conj Z_−m)/2, S = (Z_m − conj Z_−m)/2i, times e^{−imφ₀}; Z_−0 is Z_0.
 #[inline(always)]
 pub(super) fn order<L: Lanes>(
+    token: L::Token,
     [[pr, pi], [mr, mi]]: Harmonics<L>,
     m: usize,
     (c, s): (L, L),
-    block: &mut PhaseBlock,
-) {
+) -> [L; 4] {
     let (nr, ni) = (pr + mr, pi - mi);
     let (sr, si) = (pi + mi, mr - pr);
-    nr.mul_add(c, ni * s).store(&mut block[0]);
-    ni.mul_sub(c, nr * s).store(&mut block[1]);
-    sr.mul_add(c, si * s).store(&mut block[2]);
-    si.mul_sub(c, sr * s).store(&mut block[3]);
+    let mut block = [
+        nr.mul_add(c, ni * s),
+        ni.mul_sub(c, nr * s),
+        sr.mul_add(c, si * s),
+        si.mul_sub(c, sr * s),
+    ];
     if m == 0 {
-        block[1] = [0.0; 8];
-        block[3] = [0.0; 8];
+        block[1] = L::splat(token, 0.0);
+        block[3] = block[1];
     }
+    block
 }
 
 /// Zeros in place of the harmonics `gap`.

@@ -21,12 +21,12 @@
 //! * *Starts* of many blocks are computed in one go ([`start_all`]); for one group alone they take as long as fifty
 //!   steps.
 
-use super::legendre::{Aligned, Coefficient, PhaseBlock, PhaseIndex, advance, first_active};
+use super::legendre::{Coefficient, PhaseBlock, PhaseIndex, advance, first_active};
 use super::recurrence::Step;
 use super::rings::RingBlock;
 use super::start::{CHECK, rescale, sine_power};
 use crate::error::Error;
-use crate::simd::{Lanes, Level, Mask};
+use crate::simd::{Aligned, Lanes, Level, Mask, Writer};
 use core::array;
 
 /// First value of the recurrence and its scale.
@@ -115,7 +115,7 @@ fn group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
     (count, at): (usize, usize),
-    (index, out): (PhaseIndex<'_>, &mut [PhaseBlock]),
+    (index, out): (PhaseIndex<'_>, &mut Writer<'_, L, 4>),
 ) {
     let zero = L::splat(token, 0.0);
     let (mut y, mut before) = ([zero; V], [zero; V]);
@@ -176,32 +176,27 @@ fn group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
         let divided = c >= index.divided;
         for v in 0..V {
             let to = index.at(c * count + at + v).unwrap_or(usize::MAX);
-            finish::<L>(token, &parts[v][c], &rings[v], divided, out.get_mut(to));
+            out.put(to, finish::<L>(token, &parts[v][c], &rings[v], divided));
         }
     }
 }
 
 /// north, south ← even ± cos θ · odd, over sin²θ where that is asked for.
 #[inline(always)]
-fn finish<L: Lanes>(
-    token: L::Token,
-    sums: &PhaseBlock,
-    ring: &RingBlock,
-    divided: bool,
-    to: Option<&mut PhaseBlock>,
-) {
-    let Some(to) = to else { return };
+fn finish<L: Lanes>(token: L::Token, sums: &PhaseBlock, ring: &RingBlock, divided: bool) -> [L; 4] {
     let mut factor = L::splat(token, 1.0);
     if divided {
         factor = L::load(token, &ring.inv_sin2);
     }
     let cos = L::load(token, &ring.cos) * factor;
+    let mut values = [cos; 4];
     for part in 0..2 {
         let even = L::load(token, &sums[part]) * factor;
         let odd = L::load(token, &sums[part + 2]) * cos;
-        (even + odd).store(&mut to[part]);
-        (even - odd).store(&mut to[part + 2]);
+        values[part] = even + odd;
+        values[part + 2] = even - odd;
     }
+    values
 }
 
 /// The start of the recurrence on some blocks. In one go, because each alone waits for a chain of twenty operations.
@@ -229,7 +224,7 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
     norm: f64,
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
-    (index, out): (PhaseIndex<'_>, &mut [PhaseBlock]),
+    (index, out): (PhaseIndex<'_>, &mut Writer<'_, L, 4>),
 ) {
     let count = rings.len();
     let mut at = first_active(rings, m);
@@ -277,7 +272,7 @@ fn either<L: Lanes, const V: usize, const C: usize>(
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
     place: (usize, usize),
-    out: (PhaseIndex<'_>, &mut [PhaseBlock]),
+    out: (PhaseIndex<'_>, &mut Writer<'_, L, 4>),
 ) {
     if rings[0].polar {
         group::<L, V, C, 2>(token, rings, starts, steps, coefficients, place, out);
@@ -328,7 +323,7 @@ pub fn synthesis(
                 norm,
                 steps,
                 coefficients,
-                (index, out)
+                (index, &mut Writer::new(token, out, index.stores))
             ));
         }};
     }

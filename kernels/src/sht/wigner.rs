@@ -18,7 +18,7 @@ use super::rings::RingBlock;
 use super::start::{CHECK, power, rescale};
 use crate::error::Error;
 use crate::scalar;
-use crate::simd::{Lanes, Level, Mask};
+use crate::simd::{Lanes, Level, Mask, Writer};
 use num_complex::Complex;
 
 /// One step of the recurrence: a_l, a_l − g_l, a_l + g_l, α_l.
@@ -325,21 +325,14 @@ fn store_pair<L: Lanes>(
     sign: L,
     index: PhaseIndex<'_>,
     (q, u): (usize, usize),
-    out: &mut [PhaseBlock],
+    out: &mut Writer<'_, L, 4>,
 ) -> Option<()> {
     let [pr, pi, mr, mi, south @ ..] = *sums;
     let [spr, spi, smr, smi] = south;
-    let q = out.get_mut(index.at(q)?)?;
-    (pr + mr).store(&mut q[0]);
-    (pi + mi).store(&mut q[1]);
-    ((spr + smr) * sign).store(&mut q[2]);
-    ((spi + smi) * sign).store(&mut q[3]);
-    let u = out.get_mut(index.at(u)?)?;
-    (pi - mi).store(&mut u[0]);
-    (mr - pr).store(&mut u[1]);
-    ((spi - smi) * sign).store(&mut u[2]);
-    ((smr - spr) * sign).store(&mut u[3]);
-    Some(())
+    let (south_re, south_im) = ((spr + smr) * sign, (spi + smi) * sign);
+    out.put(index.at(q)?, [pr + mr, pi + mi, south_re, south_im])?;
+    let (south_re, south_im) = ((spi - smi) * sign, (smr - spr) * sign);
+    out.put(index.at(u)?, [pi - mi, mr - pr, south_re, south_im])
 }
 
 /// The transpose of [`store_pair`].
@@ -387,6 +380,7 @@ fn synthesis_body<L: Lanes, const V: usize>(
 ) {
     let sign = L::splat(token, first_sign(m));
     let count = rings.len();
+    let out = &mut Writer::new(token, out, index.stores);
     let mut at = first_active(rings, m);
     while let Some(rest) = rings.get(at..)
         && let Some(first) = rest.first()

@@ -24,7 +24,7 @@ use super::rings::{half_angle, healpix_half_angle};
 use crate::error::Error;
 use crate::fourier::Eight;
 use crate::scalar;
-use crate::simd::{Lanes, Level};
+use crate::simd::{Lanes, Level, Stores, Writer};
 use core::f64::consts::PI;
 
 /// Points of the window.
@@ -135,9 +135,11 @@ fn interpolate_body<L: Lanes>(
     fine: &[Eight],
     taps: &[RingTaps],
     phases: &mut [PhaseBlock],
+    stores: Stores,
 ) -> Option<()> {
     let zero = L::splat(token, 0.0);
-    for (taps, out) in taps.iter().zip(phases.chunks_exact_mut(ORDERS)) {
+    let mut phases = Writer::new(token, phases, stores);
+    for (b, taps) in taps.iter().enumerate() {
         let mut v = [[zero; 8]; 4];
         for lane in 0..8 {
             let first = taps.first[lane];
@@ -158,12 +160,12 @@ fn interpolate_body<L: Lanes>(
                 v[k][lane] = sums[k];
             }
         }
-        whole::<L>(token, v, out, (0, 1), &taps.carrier)?;
+        whole::<L>(token, v, &mut phases, (ORDERS * b, 1), &taps.carrier)?;
     }
     Some(())
 }
 
-/// Fine grid → F of eight orders on the blocks of rings of `taps`: `phases` as (blocks, [`ORDERS`]).
+/// Fine grid → F of eight orders on the blocks of rings of `taps`: `phases` as (blocks, [`ORDERS`]), written as `stores` says.
 ///
 /// # Errors
 /// [`Error::Length`] unless `phases` is that long. `fine` must be the grid the taps were made for.
@@ -172,10 +174,11 @@ pub fn phases_from_fine(
     fine: &[Eight],
     taps: &[RingTaps],
     phases: &mut [PhaseBlock],
+    stores: Stores,
 ) -> Result<(), Error> {
     Error::check_len("phases", ORDERS * taps.len(), phases.len())?;
     crate::dispatch!(level, |token: L| interpolate_body::<L>(
-        token, fine, taps, phases
+        token, fine, taps, phases, stores
     ));
     Ok(())
 }

@@ -3,6 +3,7 @@
 //! An [`Avx2Lanes`] exists only through an [`Avx2Token`], and the token only where the CPU has AVX2 and FMA, so every
 //! intrinsic here may run. All but loads and stores work on registers alone.
 
+use super::aligned::Aligned;
 use super::lanes::{Bits, Lanes, Mask, sealed::Sealed};
 use core::arch::x86_64::*;
 use core::ops::{
@@ -347,6 +348,21 @@ impl Lanes for Avx2Lanes {
         // SAFETY: as above.
         let ((m0, e0), (m1, e1)) = unsafe { (half(self.0), half(self.1)) };
         (Self(m0, m1), Self(e0, e1))
+    }
+    #[inline(always)]
+    unsafe fn stream<const N: usize>(values: [Self; N], to: &mut Aligned<N>) {
+        for k in 0..N {
+            // SAFETY: lanes exist only with a token; the array is 64 writable bytes at a multiple of 64; the caller fences.
+            unsafe {
+                _mm256_stream_pd(to[k].as_mut_ptr(), values[k].0);
+                _mm256_stream_pd(to[k].as_mut_ptr().add(4), values[k].1);
+            }
+        }
+    }
+    #[inline(always)]
+    fn fence(_: Avx2Token) {
+        // SAFETY: the token proves more than SSE; a fence touches no memory.
+        unsafe { _mm_sfence() }
     }
     #[inline(always)]
     fn prefetch<T>(_: Avx2Token, from: &T) {

@@ -3,6 +3,7 @@
 //! An [`Avx512Lanes`] exists only through an [`Avx512Token`], and the token only where the CPU has AVX-512 F, DQ, BW,
 //! VL and FMA, so every intrinsic here may run. All but loads and stores work on registers alone.
 
+use super::aligned::Aligned;
 use super::lanes::{Bits, Lanes, Mask, sealed::Sealed};
 use core::arch::x86_64::*;
 use core::ops::{
@@ -252,6 +253,18 @@ impl Lanes for Avx512Lanes {
                 Self(_mm512_getexp_pd(self.0)),
             )
         }
+    }
+    #[inline(always)]
+    unsafe fn stream<const N: usize>(values: [Self; N], to: &mut Aligned<N>) {
+        for k in 0..N {
+            // SAFETY: lanes exist only with a token; the array is 64 writable bytes at a multiple of 64; the caller fences.
+            unsafe { _mm512_stream_pd(to[k].as_mut_ptr(), values[k].0) }
+        }
+    }
+    #[inline(always)]
+    fn fence(_: Avx512Token) {
+        // SAFETY: the token proves more than SSE; a fence touches no memory.
+        unsafe { _mm_sfence() }
     }
     #[inline(always)]
     fn prefetch<T>(_: Avx512Token, from: &T) {

@@ -1,5 +1,6 @@
 //! The lane trait that kernels are written against.
 
+use super::aligned::Aligned;
 use core::ops::{
     Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign,
 };
@@ -55,6 +56,23 @@ pub trait Lanes:
     fn load_f32(token: Self::Token, from: &[f32; 8]) -> Self;
     /// Eight values to memory.
     fn store(self, to: &mut [f64; 8]);
+    /// Vectors to memory, past the caches where the CPU can.
+    ///
+    /// # Safety
+    /// Nothing may look at the memory before this thread has called [`fence`](Self::fence).
+    #[allow(
+        unsafe_code,
+        reason = "the memory is in an unusual state until the fence"
+    )]
+    #[inline(always)]
+    unsafe fn stream<const N: usize>(values: [Self; N], to: &mut Aligned<N>) {
+        for k in 0..N {
+            values[k].store(&mut to[k]);
+        }
+    }
+    /// Makes all that was [streamed](Self::stream) visible.
+    #[inline(always)]
+    fn fence(_token: Self::Token) {}
     /// Asks for the cache line where a value begins that will be loaded soon.
     #[inline(always)]
     fn prefetch<T>(_token: Self::Token, _from: &T) {}

@@ -31,11 +31,14 @@
 //! assert_eq!(sum, 4.0);
 //! ```
 
+mod aligned;
 pub(crate) mod atan;
 mod lanes;
 mod level;
 pub mod math;
 mod portable;
+#[allow(unsafe_code, reason = "streaming stores of the back-ends")]
+mod writer;
 
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code, reason = "the AVX2 back-end")]
@@ -44,11 +47,14 @@ mod avx2;
 #[allow(unsafe_code, reason = "the AVX-512 back-end")]
 mod avx512;
 
+pub use aligned::Aligned;
 pub use lanes::{Bits, Lanes, Mask};
 pub use level::Level;
 #[doc(hidden)]
 pub use level::Tokens;
 pub use portable::{PortableLanes, PortableToken};
+pub use writer::Stores;
+pub(crate) use writer::Writer;
 #[cfg(target_arch = "x86_64")]
 pub use {
     avx2::{Avx2Lanes, Avx2Token},

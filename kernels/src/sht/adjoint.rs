@@ -250,6 +250,24 @@ fn walk_all<L: Lanes, const N: usize, const COLUMN: usize>(
     }
 }
 
+/// The lanes of each sum added up, those of two coefficients at once.
+#[inline(always)]
+fn lane_sums<L: Lanes, const S: usize, const C: usize>(
+    acc: &[[[L; 4]; C]; S],
+) -> [[Coefficient; C]; S] {
+    let mut out = [[[0.0; 4]; C]; S];
+    let (pairs, last) = acc.as_flattened().as_chunks::<2>();
+    let (pairs_out, last_out) = out.as_flattened_mut().as_chunks_mut::<2>();
+    for (to, &[[a, b, c, d], [e, f, g, h]]) in pairs_out.iter_mut().zip(pairs) {
+        let [a, b, c, d, e, f, g, h] = L::reduce_eight([a, b, c, d, e, f, g, h]);
+        *to = [[a, b, c, d], [e, f, g, h]];
+    }
+    for (to, &sums) in last_out.iter_mut().zip(last) {
+        *to = L::reduce_sums(sums);
+    }
+    out
+}
+
 /// One chunk of steps on the cells of a panel.
 #[inline(always)]
 fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize>(
@@ -311,12 +329,9 @@ fn chunk<L: Lanes, const S: usize, const C: usize, const N: usize>(
             cell_tile::<L, S, C, N, 1, false>(token, steps, cell, &mut acc);
         }
         if turn.last {
-            for i in 0..S {
-                if let Some(to) = coefficients.get_mut(i) {
-                    for c in 0..C {
-                        to[c] = L::reduce_sums(acc[i][c]);
-                    }
-                }
+            let values = lane_sums::<L, S, C>(&acc);
+            for (to, from) in coefficients.iter_mut().zip(values) {
+                *to = from;
             }
         } else {
             for i in 0..S {

@@ -356,6 +356,39 @@ impl Lanes for Avx512Lanes {
         }
         out
     }
+    #[inline(always)]
+    fn reduce_eight(of: [Self; 8]) -> [f64; 8] {
+        let mut out = [0.0; 8];
+        // SAFETY: lanes exist only with a token; the array is 64 writable bytes, and the store is unaligned.
+        unsafe {
+            // Each step adds halves of two vectors, one of them to lanes where a bit of the lane's number is 0, the other to
+            // those where it is 1. One operand is a blend, which need not wait for the port that shuffles.
+            let halves = |a, b| {
+                _mm512_add_pd(
+                    _mm512_mask_blend_pd(0b1111_0000, a, b),
+                    _mm512_shuffle_f64x2::<0b01_00_11_10>(a, b),
+                )
+            };
+            let others = _mm512_setr_epi64(2, 3, 8, 9, 6, 7, 12, 13);
+            let pairs = |a, b| {
+                _mm512_add_pd(
+                    _mm512_mask_blend_pd(0b1100_1100, a, b),
+                    _mm512_permutex2var_pd(a, others, b),
+                )
+            };
+            let lanes = |a, b| {
+                _mm512_add_pd(
+                    _mm512_mask_blend_pd(0b1010_1010, a, b),
+                    _mm512_shuffle_pd::<0b0101_0101>(a, b),
+                )
+            };
+            let [a, b, c, d, e, f, g, h] = of;
+            let even = pairs(halves(a.0, e.0), halves(c.0, g.0));
+            let odd = pairs(halves(b.0, f.0), halves(d.0, h.0));
+            _mm512_storeu_pd(out.as_mut_ptr(), lanes(even, odd));
+        }
+        out
+    }
 }
 
 impl BitAnd for Avx512Mask {

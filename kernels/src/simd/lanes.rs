@@ -228,6 +228,14 @@ pub trait Lanes:
             d.reduce_sum(),
         ]
     }
+    /// [`reduce_sum`](Self::reduce_sum) of eight vectors, with the same bits.
+    #[inline(always)]
+    fn reduce_eight(of: [Self; 8]) -> [f64; 8] {
+        let [a, b, c, d, e, f, g, h] = of;
+        let [a, b, c, d] = Self::reduce_sums([a, b, c, d]);
+        let [e, f, g, h] = Self::reduce_sums([e, f, g, h]);
+        [a, b, c, d, e, f, g, h]
+    }
     /// The greatest lane; NaN lanes are passed over unless all are.
     #[inline(always)]
     fn reduce_max(self) -> f64 {

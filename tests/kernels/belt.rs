@@ -84,7 +84,7 @@ impl Belt {
             &self.fourier,
             &[1.0; 8],
             &self.phases,
-            (&mut tiles, self.orders),
+            (&mut tiles.iter_mut().collect::<Vec<_>>(), self.orders),
             stores,
         )
         .unwrap();

@@ -134,7 +134,8 @@ impl Block {
         }
         let each = self.orders.div_ceil(ORDERS);
         let mut tiles = vec![[Aligned([[f64::NAN; 8]; 4]); ORDERS]; CAP_MAPS * each];
-        let (first, second) = tiles.split_at_mut(each);
+        let mut all: Vec<_> = tiles.iter_mut().collect();
+        let (first, second) = all.split_at_mut(each);
         let to = ([first, second], self.orders);
         let table = &self.table;
         phases_from_cap_spectrum(level, &data, &rings, &[1.0; 8], table, to, stores).unwrap();

@@ -62,6 +62,17 @@ impl Part<'_> {
         self.channels.count() * blocks
     }
 
+    /// Collects the places of the first order in the tiles (channel, active block) of a batch.
+    fn tile_places(&self, grid: Grid<'_>, active: &Range<usize>, places: &mut Vec<usize>) {
+        let first = active.start - self.range.start;
+        self.places(grid, places, |channel, block| {
+            match block.checked_sub(first) {
+                Some(b) => ORDERS * (channel * active.len() + b),
+                None => NOWHERE,
+            }
+        });
+    }
+
     /// Sets what the Legendre stage leaves out to zero: rings beyond the polar limit, orders beyond lmax. `step`: from an
     /// order to the next.
     fn clear(
@@ -128,20 +139,14 @@ impl Part<'_> {
             }
             own.rows = all;
         } else {
-            let first = active.start - self.range.start;
-            self.places(grid, &mut places, |channel, block| {
-                match block.checked_sub(first) {
-                    Some(b) => ORDERS * (channel * active.len() + b),
-                    None => NOWHERE,
-                }
-            });
+            self.tile_places(grid, &active, &mut places);
             let tiles = tiles.as_flattened_mut();
             self.orders(own, grid, batch, alms, (&places, 1), tiles);
         }
         own.places = places;
     }
 
-    /// Tiles (block, channel, batch) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`, in place
+    /// Tiles (batch, channel, active block) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`, in place
     /// of what is there.
     pub(super) fn batch_adjoint(
         &self,
@@ -161,35 +166,23 @@ impl Part<'_> {
             return;
         }
         let grid = self.grid(batch);
-        let tile_at = |channel: usize, block: usize| {
-            let channel = self.before + channel;
-            starts[block - self.range.start] + channel * self.batches(block) + batch
-        };
+        let Range { start, end } = self.in_hand();
+        let first = starts[batch];
+        let tiles = &tiles[first + start * active.len()..first + end * active.len()];
         let mut places = std::mem::take(&mut own.places);
         if let Some(equidistant) = grid.equidistant {
             let row = self.row_places(grid, &mut places);
             let mut all = std::mem::take(&mut own.rows);
             let rows = room(&mut all, ORDERS * row);
-            for channel in 0..self.channels.count() {
+            let taps = &equidistant.taps[active.clone()];
+            for (channel, tiles) in tiles.chunks_exact(active.len()).enumerate() {
                 let rows = &mut rows[channel * grid.rings.len()..];
-                let tile = |block| &tiles[tile_at(channel, block)];
-                self.coarsen(
-                    equidistant,
-                    &mut own.resampling,
-                    tile,
-                    active.clone(),
-                    (rows, row),
-                );
+                self.coarsen(equidistant, &mut own.resampling, (tiles, taps), (rows, row));
             }
             self.orders_adjoint(own, grid, batch, (&places, row), rows, alms, fresh);
             own.rows = all;
         } else {
-            self.places(grid, &mut places, |channel, block| {
-                match self.range.start + block {
-                    block if block < active.start => NOWHERE,
-                    block => ORDERS * tile_at(channel, block),
-                }
-            });
+            self.tile_places(grid, &active, &mut places);
             let tiles = tiles.as_flattened();
             self.orders_adjoint(own, grid, batch, (&places, 1), tiles, alms, fresh);
         }
@@ -272,21 +265,19 @@ impl Part<'_> {
     }
 
     /// The transpose of [`refine`](Self::refine).
-    fn coarsen<'a>(
+    fn coarsen(
         &self,
         equidistant: &Equidistant,
         own: &mut ResamplingRoom,
-        tile: impl Fn(usize) -> &'a PhaseTile,
-        active: Range<usize>,
+        (tiles, taps): (&[PhaseTile], &[RingTaps]),
         (rows, step): (&mut [PhaseBlock], usize),
     ) {
         let (coarse, fine, scratch) = equidistant.room(own);
         // zeros to where the windows have come, north and south, while that is in cache
         let len = fine.len();
         let mut clear = 0..len;
-        for block in active.clone() {
-            let next = tile((block + 1).min(active.end - 1));
-            let taps = &equidistant.taps[block];
+        for (b, (tile, taps)) in tiles.iter().zip(taps).enumerate() {
+            let next = tiles.get(b + 1).unwrap_or(tile);
             let end = taps.end();
             if end > clear.start && !clear.is_empty() {
                 let rest = if 2 * end < len {
@@ -298,7 +289,7 @@ impl Part<'_> {
                 fine[rest.end.min(clear.end)..clear.end].fill(Eight::default());
                 clear = rest;
             }
-            sound(add_to_fine(self.level, tile(block), next, taps, fine));
+            sound(add_to_fine(self.level, tile, next, taps, fine));
         }
         fine[clear].fill(Eight::default());
         let resampling = equidistant.resampling();

@@ -8,10 +8,11 @@
 //!     F_m for all m → maps                       F_m on all rings → coefficients → add to a_lm
 //! ```
 //!
-//! Between the stages F_m lies in tiles of eight orders on eight ring pairs, (batch, channel, block) for synthesis and
-//! (block, channel, batch) for the adjoint, so that the first stage always writes what no other thread writes, and the
-//! second reads 2 kB at a time. Only tiles within the polar limit exist. The size of the parts depends on Nside and lmax
-//! alone, so the order of summation is the same for every batch and number of threads.
+//! Between the stages F_m lies in tiles of eight orders on eight ring pairs, 2 kB each, as (batch, channel, block). Rings
+//! write or read one tile here and one there; the Legendre stage and its resampling take the tiles of a batch one after
+//! another, as fast as memory gives them (those far apart cost twice the time of the resampling itself). Tiles too large
+//! for the caches are written past them. Only tiles within the polar limit exist. The size of the parts depends on Nside
+//! and lmax alone, so the order of summation is the same for every batch and number of threads.
 
 use super::equidistant::Equidistant;
 use super::orders::Orders;
@@ -182,16 +183,31 @@ impl<'a> Part<'a> {
         group.iter().map(of).collect()
     }
 
-    /// Where the tiles of every batch start in synthesis.
+    /// Where the tiles (channel, active block) of every batch start, and their number.
     fn batch_starts(&self) -> (Vec<usize>, usize) {
         let count = self.count;
         Self::starts((0..self.all_batches()).map(|b| count * self.active(b).len()))
     }
 
-    /// Where the tiles of every block start in the adjoint.
-    fn block_starts(&self) -> (Vec<usize>, usize) {
-        let count = self.count;
-        Self::starts(self.range.clone().map(|b| count * self.batches(b)))
+    /// The tiles in the order (block, channel, batch) of those who write them.
+    fn by_block<'t>(&self, mut tiles: &'t mut [PhaseTile]) -> Vec<&'t mut PhaseTile> {
+        let mut blocks = Vec::with_capacity(tiles.len());
+        let mut runs = Vec::with_capacity(self.all_batches() * self.count);
+        for batch in 0..self.all_batches() {
+            for _ in 0..self.count {
+                if let Some(run) = tiles.split_off_mut(..self.active(batch).len()) {
+                    runs.push(run.iter_mut());
+                }
+            }
+        }
+        for block in self.range.clone() {
+            for channel in 0..self.count {
+                let reached = runs.iter_mut().skip(channel).step_by(self.count);
+                let reached = reached.take(self.batches(block));
+                blocks.extend(reached.filter_map(Iterator::next));
+            }
+        }
+        blocks
     }
 }
 
@@ -339,9 +355,9 @@ impl ShtPlan {
                 (group, self.level, self.lmax),
                 range.clone(),
             );
-            let (starts, total) = part.block_starts();
-            let tiles = room(&mut self.tiles, total);
-            let mut left = &mut *tiles;
+            let (starts, total) = part.batch_starts();
+            let mut by_block = part.by_block(room(&mut self.tiles, total));
+            let mut left = &mut by_block[..];
             let mut tasks = Vec::with_capacity(range.len() * part.count.div_ceil(TOGETHER));
             for block in range.clone() {
                 let (north, south) = self.geometry.pixels[block];
@@ -364,7 +380,7 @@ impl ShtPlan {
                 tasks.into_iter().rev(),
                 |own, (block, maps, tiles)| part.rings_adjoint(own, block, weights, maps, tiles),
             );
-            let tiles = &*tiles;
+            let tiles = &self.tiles[..total];
             let orders = ByOrder {
                 rest: alms.iter_mut().map(|a| &mut **a).collect(),
                 lmax: self.lmax,

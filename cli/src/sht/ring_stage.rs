@@ -121,7 +121,7 @@ impl Part<'_> {
         block: usize,
         weights: Option<&[[f64; 8]]>,
         maps: [[&[f64]; 2]; TOGETHER],
-        tiles: &mut [PhaseTile],
+        tiles: &mut [&mut PhaseTile],
     ) {
         let scale = weights.map_or([1.0; 8], |weights| weights[block]);
         let each = self.batches(block);

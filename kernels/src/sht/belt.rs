@@ -105,7 +105,7 @@ fn phases_body<L: Lanes>(
     fourier: &Fourier,
     scale: &[f64; 8],
     table: &[PhaseTable],
-    (tiles, orders): (&mut [PhaseTile], usize),
+    (tiles, orders): (&mut [&mut PhaseTile], usize),
     stores: Stores,
 ) -> Option<()> {
     let n = data.len();
@@ -113,7 +113,7 @@ fn phases_body<L: Lanes>(
     let mut up = fourier.places(0);
     let mut down = fourier.places(n - 1);
     clear_orders(tiles, orders);
-    let mut blocks = Writer::new(token, tiles.as_flattened_mut(), stores);
+    let mut blocks = Writer::new(token, tiles, stores);
     for m in 0..orders {
         let (c, s) = phase::<L>(token, m, table)?;
         let (c, s) = (c * scale, s * scale);
@@ -135,7 +135,7 @@ fn phases_body<L: Lanes>(
     Some(())
 }
 
-/// The transpose: harmonics from [`Fourier::forward`] → tiles of F_m, in order; orders beyond `orders` in the last one
+/// The transpose: harmonics from [`Fourier::forward`] → tiles of F_m, in the order of m; orders beyond `orders` in the last one
 /// become zero. `stores`: how tiles are written.
 ///
 /// # Errors
@@ -146,7 +146,7 @@ pub fn phases_from_belt_spectrum(
     fourier: &Fourier,
     scale: &[f64; 8],
     table: &[PhaseTable],
-    (tiles, orders): (&mut [PhaseTile], usize),
+    (tiles, orders): (&mut [&mut PhaseTile], usize),
     stores: Stores,
 ) -> Result<(), Error> {
     Error::check_len("spectra", fourier.len(), data.len())?;

@@ -309,7 +309,7 @@ fn phases_body<L: Lanes>(
     rings: &CapRings<'_>,
     scale: &[f64; 8],
     table: &[PhaseTable],
-    (tiles, orders): ([&mut [PhaseTile]; CAP_MAPS], usize),
+    (tiles, orders): ([&mut [&mut PhaseTile]; CAP_MAPS], usize),
     stores: Stores,
 ) -> Option<()> {
     let zero = L::splat(token, 0.0);
@@ -319,7 +319,7 @@ fn phases_body<L: Lanes>(
     let missing = tiles.each_ref().map(|tiles| tiles.is_empty());
     let mut blocks = tiles.map(|tiles| {
         clear_orders(tiles, orders);
-        Writer::new(token, tiles.as_flattened_mut(), stores)
+        Writer::new(token, tiles, stores)
     });
     for k in 0..orders.div_ceil(CLASSES) {
         let (mut plus, mut minus) = ([[zero; 8]; 2], [[zero; 8]; 2]);
@@ -377,7 +377,7 @@ pub fn phases_from_cap_spectrum(
     rings: &CapRings<'_>,
     scale: &[f64; 8],
     table: &[PhaseTable],
-    (tiles, orders): ([&mut [PhaseTile]; CAP_MAPS], usize),
+    (tiles, orders): ([&mut [&mut PhaseTile]; CAP_MAPS], usize),
     stores: Stores,
 ) -> Result<(), Error> {
     check(rings, data.len(), orders)?;

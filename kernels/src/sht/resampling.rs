@@ -126,7 +126,7 @@ pub(super) fn halves<L: Lanes>(
 pub(super) fn whole<L: Lanes>(
     token: L::Token,
     mut values: Values<L>,
-    phases: &mut Writer<'_, L, 4>,
+    phases: &mut Writer<'_, L, [PhaseBlock]>,
     (first, step): (usize, usize),
     carrier: &Carrier,
 ) -> Option<()> {

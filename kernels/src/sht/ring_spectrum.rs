@@ -162,7 +162,7 @@ pub(super) fn clear_harmonics(
 }
 
 /// Zeros in place of the orders that the last tile has beyond `orders`.
-pub(super) fn clear_orders(tiles: &mut [PhaseTile], orders: usize) {
+pub(super) fn clear_orders(tiles: &mut [&mut PhaseTile], orders: usize) {
     if let Some(rest) = tiles
         .get_mut(orders / ORDERS)
         .and_then(|tile| tile.get_mut(orders % ORDERS..))

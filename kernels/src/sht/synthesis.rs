@@ -115,7 +115,7 @@ fn group<L: Lanes, const V: usize, const C: usize, const COLUMN: usize>(
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
     (count, at): (usize, usize),
-    (index, out): (PhaseIndex<'_>, &mut Writer<'_, L, 4>),
+    (index, out): (PhaseIndex<'_>, &mut Writer<'_, L, [PhaseBlock]>),
 ) {
     let zero = L::splat(token, 0.0);
     let (mut y, mut before) = ([zero; V], [zero; V]);
@@ -224,7 +224,7 @@ fn synthesis_body<L: Lanes, const V: usize, const C: usize>(
     norm: f64,
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
-    (index, out): (PhaseIndex<'_>, &mut Writer<'_, L, 4>),
+    (index, out): (PhaseIndex<'_>, &mut Writer<'_, L, [PhaseBlock]>),
 ) {
     let count = rings.len();
     let mut at = first_active(rings, m);
@@ -272,7 +272,7 @@ fn either<L: Lanes, const V: usize, const C: usize>(
     steps: &[Step],
     coefficients: &[[Coefficient; C]],
     place: (usize, usize),
-    out: (PhaseIndex<'_>, &mut Writer<'_, L, 4>),
+    out: (PhaseIndex<'_>, &mut Writer<'_, L, [PhaseBlock]>),
 ) {
     if rings[0].polar {
         group::<L, V, C, 2>(token, rings, starts, steps, coefficients, place, out);

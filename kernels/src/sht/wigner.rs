@@ -325,7 +325,7 @@ fn store_pair<L: Lanes>(
     sign: L,
     index: PhaseIndex<'_>,
     (q, u): (usize, usize),
-    out: &mut Writer<'_, L, 4>,
+    out: &mut Writer<'_, L, [PhaseBlock]>,
 ) -> Option<()> {
     let [pr, pi, mr, mi, south @ ..] = *sums;
     let [spr, spi, smr, smi] = south;

@@ -15,7 +15,7 @@
 //! * The southern window is the northern one mirrored: one set of weights.
 //! * Margins on either side of the grid repeat the other end: no index wraps.
 //! * The transpose would be held up by loads and stores, two of each for two FMA; four rings share them.
-//! * Tiles of one batch lie far apart in memory, and the next is fetched while one is in use.
+//! * The next tile is fetched while one is in use: the hardware does not see it coming in time.
 
 use super::double::Double;
 use super::legendre::PhaseBlock;
@@ -183,8 +183,7 @@ pub fn phases_from_fine(
     Ok(())
 }
 
-/// Asks for one order of a tile that comes next: tiles of one batch lie far apart, where no hardware sees a pattern. One
-/// at a time, because a whole tile takes twice the requests that can be under way, and the rest would wait in line.
+/// Asks for one order of a tile that comes next, which may lie where no hardware sees a pattern. One at a time, because a whole tile takes twice the requests that can be under way, and the rest would wait in line.
 #[inline(always)]
 pub(super) fn prefetch<L: Lanes>(token: L::Token, block: &PhaseBlock) {
     for part in &block.0 {

@@ -18,23 +18,46 @@ pub enum Stores {
     Streamed,
 }
 
+/// Entries by their number.
+pub(crate) trait Entries<const N: usize> {
+    fn entry(&mut self, at: usize) -> Option<&mut Aligned<N>>;
+}
+
+impl<const N: usize> Entries<N> for [Aligned<N>] {
+    #[inline(always)]
+    fn entry(&mut self, at: usize) -> Option<&mut Aligned<N>> {
+        self.get_mut(at)
+    }
+}
+
+/// K at a time, wherever they are.
+impl<const N: usize, const K: usize> Entries<N> for [&mut [Aligned<N>; K]] {
+    #[inline(always)]
+    fn entry(&mut self, at: usize) -> Option<&mut Aligned<N>> {
+        self.get_mut(at / K)?.get_mut(at % K)
+    }
+}
+
 /// Memory to be written, and nothing else done with it until the writer is dropped.
-pub(crate) struct Writer<'a, L: Lanes, const N: usize> {
+pub(crate) struct Writer<'a, L: Lanes, T: ?Sized> {
     token: L::Token,
-    to: &'a mut [Aligned<N>],
+    to: &'a mut T,
     stores: Stores,
 }
 
-impl<'a, L: Lanes, const N: usize> Writer<'a, L, N> {
+impl<'a, L: Lanes, T: ?Sized> Writer<'a, L, T> {
     #[inline(always)]
-    pub(crate) fn new(token: L::Token, to: &'a mut [Aligned<N>], stores: Stores) -> Self {
+    pub(crate) fn new(token: L::Token, to: &'a mut T, stores: Stores) -> Self {
         Self { token, to, stores }
     }
 
     /// Writes entry `at`; None if there is no such entry.
     #[inline(always)]
-    pub(crate) fn put(&mut self, at: usize, values: [L; N]) -> Option<()> {
-        let to = self.to.get_mut(at)?;
+    pub(crate) fn put<const N: usize>(&mut self, at: usize, values: [L; N]) -> Option<()>
+    where
+        T: Entries<N>,
+    {
+        let to = self.to.entry(at)?;
         match self.stores {
             Stores::Cached => {
                 for k in 0..N {
@@ -48,7 +71,7 @@ impl<'a, L: Lanes, const N: usize> Writer<'a, L, N> {
     }
 }
 
-impl<L: Lanes, const N: usize> Drop for Writer<'_, L, N> {
+impl<L: Lanes, T: ?Sized> Drop for Writer<'_, L, T> {
     #[inline(always)]
     fn drop(&mut self) {
         if self.stores == Stores::Streamed {

@@ -10,8 +10,9 @@
 //!
 //! Between the stages F_m lies in tiles of eight orders on eight ring pairs, 2 kB each, as (batch, channel, block). Rings
 //! write or read one tile here and one there; the Legendre stage and its resampling take the tiles of a batch one after
-//! another, as fast as memory gives them (those far apart cost twice the time of the resampling itself). Tiles too large
-//! for the caches are written past them. Only tiles within the polar limit exist. The size of the parts depends on Nside
+//! another, as fast as memory gives them (in the adjoint, tiles far apart cost twice the time of the resampling itself; in
+//! synthesis the rings would gain by the other order what the resampling loses). Tiles too large for the caches are
+//! written past them. Only tiles within the polar limit exist. The size of the parts depends on Nside
 //! and lmax alone, so the order of summation is the same for every batch and number of threads.
 
 use super::equidistant::Equidistant;

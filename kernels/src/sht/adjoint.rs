@@ -20,7 +20,7 @@
 //!   group of rings, take as many loads and stores as multiply-adds.)
 //! * *Panels* are as long as the first-level cache holds their cells; sums meet memory once per panel.
 //! * *Latency:* cells are independent of each other, and short enough for several to be under way at once.
-//! * *Lanes* are added up once per coefficient and order, four sums in one go.
+//! * *Lanes* are added up once per coefficient and order, eight sums in one go.
 //! * *Not a product of matrices:* for six channels at once the values q could go to memory, and tiles of nine steps by
 //!   three vectors of columns (channel, part) take a ring at a time, one recurrence for all: 26 operations instead of
 //!   28, no sums in memory and no lanes added up by shuffles. But its inner loop is no faster per operation (both keep

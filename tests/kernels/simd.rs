@@ -215,6 +215,28 @@ fn levels_agree_four_sums() {
     }
 }
 
+/// Eight vectors added up at once are the eight alone, bit for bit.
+#[test]
+fn bits_equal_reduce_eight() {
+    #[inline(always)]
+    fn sums<L: Lanes>(token: L::Token, a: &[[f64; 8]; 8]) -> ([f64; 8], [f64; 8]) {
+        let mut of = [L::splat(token, 0.0); 8];
+        let mut single = [0.0; 8];
+        for k in 0..8 {
+            of[k] = L::load(token, &a[k]);
+            single[k] = of[k].reduce_sum();
+        }
+        (L::reduce_eight(of), single)
+    }
+    let a: [[f64; 8]; 8] = core::array::from_fn(|k| {
+        core::array::from_fn(|i| (1.0 + (5 * k + i) as f64).sqrt() * 3f64.powi(k as i32 - 4))
+    });
+    for level in Level::available() {
+        let (eight, single) = dispatch!(level, |token: L| sums::<L>(token, &a));
+        assert_eq!(eight, single, "{level}");
+    }
+}
+
 /// Each of four twice, and neighbours exchanged.
 #[test]
 fn levels_agree_pairs() {

@@ -146,8 +146,8 @@ impl Part<'_> {
         own.places = places;
     }
 
-    /// Tiles (batch, channel, active block) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`, in place
-    /// of what is there.
+    /// Tiles (batch, channel, active block) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`,
+    /// in place of what is there.
     pub(super) fn batch_adjoint(
         &self,
         own: &mut Scratch,

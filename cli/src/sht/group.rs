@@ -12,8 +12,8 @@
 //! write or read one tile here and one there; the Legendre stage and its resampling take the tiles of a batch one after
 //! another, as fast as memory gives them (in the adjoint, tiles far apart cost twice the time of the resampling itself; in
 //! synthesis the rings would gain by the other order what the resampling loses). Tiles too large for the caches are
-//! written past them. Only tiles within the polar limit exist. The size of the parts depends on Nside
-//! and lmax alone, so the order of summation is the same for every batch and number of threads.
+//! written past them. Only tiles within the polar limit exist. The size of the parts depends on Nside and lmax alone, so
+//! the order of summation is the same for every batch and number of threads.
 
 use super::equidistant::Equidistant;
 use super::orders::Orders;
@@ -27,8 +27,8 @@ use std::ops::Range;
 
 pub(super) type Alm = Complex<f64>;
 
-/// Tiles beyond this size are written past the caches, which gains 2 to 8 %; small ones it would make a fifth slower
-/// (measured with 480 MB of last-level cache, of which a core had some tens).
+/// Tiles beyond this size are written past the caches: transforms gain up to 8 %, those of small maps would lose up to a
+/// fifth (measured).
 const CACHED_BYTES: usize = 40 << 20;
 
 /// Scalar maps and spin-2 pairs that share a recurrence, three channels at most; scalars come first among them.

@@ -135,8 +135,8 @@ fn phases_body<L: Lanes>(
     Some(())
 }
 
-/// The transpose: harmonics from [`Fourier::forward`] → tiles of F_m, in the order of m; orders beyond `orders` in the last one
-/// become zero. `stores`: how tiles are written.
+/// The transpose: harmonics from [`Fourier::forward`] → tiles of F_m, in the order of m; orders beyond `orders` in the
+/// last one become zero. `stores`: how tiles are written.
 ///
 /// # Errors
 /// [`Error::Length`] unless `data` has the length of `fourier` and `tiles` hold `orders`.

@@ -366,8 +366,9 @@ fn phases_body<L: Lanes>(
     Some(())
 }
 
-/// The transpose of [`cap_spectrum_from_phases`]: harmonics from [`Fourier::forward`] → tiles of F_m of each map, in order
-/// (none for a map that is not there); orders beyond `orders` in the last one become zero. `stores`: how tiles are written.
+/// The transpose of [`cap_spectrum_from_phases`]: harmonics from [`Fourier::forward`] → tiles of F_m of each map, in the
+/// order of m (none for a map that is not there); orders beyond `orders` in the last one become zero. `stores`: how tiles
+/// are written.
 ///
 /// # Errors
 /// [`Error::Length`] unless `data` and factors are as long as the rings say and `tiles` hold `orders`.

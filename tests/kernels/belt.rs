@@ -1,7 +1,6 @@
 //! F_m on eight rings of equal length to their pixels: direct sums, transpose, levels, ways of writing.
 
-use crate::cap::{direct, levels};
-use dust3d_kernels::Complex;
+use crate::cap::{direct, levels, on_ring, product};
 use dust3d_kernels::fourier::{Eight, Fourier};
 use dust3d_kernels::sht::*;
 use dust3d_kernels::simd::Level;
@@ -145,10 +144,7 @@ fn naive_rings_belt() {
                     let Some(start) = belt.start(hemisphere, ring) else {
                         continue;
                     };
-                    let f: Vec<_> = tiles.as_flattened()[..belt.orders]
-                        .iter()
-                        .map(|b| Complex::new(b[2 * hemisphere][ring], b[2 * hemisphere + 1][ring]))
-                        .collect();
+                    let f = on_ring(&tiles, belt.orders, hemisphere, ring);
                     let n = belt.fourier.len();
                     for j in 0..n {
                         let want = direct(&f, belt.shapes.shifted[ring], n, j);
@@ -174,18 +170,7 @@ fn adjoint_rings_belt() {
             let pairs = || maps.iter().flatten().zip(image.iter().flatten());
             let left: f64 = pairs().map(|(a, b)| a * b).sum();
             let back = belt.adjoint(level, &maps, Stores::Cached);
-            let right: f64 = tiles
-                .as_flattened()
-                .iter()
-                .zip(back.as_flattened())
-                .take(belt.orders)
-                .enumerate()
-                .map(|(m, (a, b))| {
-                    let lanes = a.as_flattened().iter().zip(b.as_flattened());
-                    let weight = if m == 0 { 1.0 } else { 2.0 };
-                    weight * lanes.map(|(a, b)| a * b).sum::<f64>()
-                })
-                .sum();
+            let right = product(&tiles, &back, belt.orders, |_| true);
             let size: f64 = pairs().map(|(_, b)| b * b).sum();
             assert!(
                 (left - right).abs() < 1e-13 * (size * maps[0].len() as f64).sqrt(),

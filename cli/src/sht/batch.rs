@@ -146,14 +146,13 @@ impl Part<'_> {
         own.places = places;
     }
 
-    /// Tiles (batch, channel, active block) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`,
-    /// in place of what is there.
+    /// Tiles (channel, active block) → a_lm of eight orders, those of the channels in hand, added or, if `fresh`, in place
+    /// of what is there.
     pub(super) fn batch_adjoint(
         &self,
         own: &mut Scratch,
         batch: usize,
         tiles: &[PhaseTile],
-        starts: &[usize],
         alms: &mut [Vec<&mut [Alm]>],
         fresh: bool,
     ) {
@@ -167,8 +166,7 @@ impl Part<'_> {
         }
         let grid = self.grid(batch);
         let Range { start, end } = self.in_hand();
-        let first = starts[batch];
-        let tiles = &tiles[first + start * active.len()..first + end * active.len()];
+        let tiles = &tiles[start * active.len()..end * active.len()];
         let mut places = std::mem::take(&mut own.places);
         if let Some(equidistant) = grid.equidistant {
             let row = self.row_places(grid, &mut places);
@@ -273,25 +271,20 @@ impl Part<'_> {
         (rows, step): (&mut [PhaseBlock], usize),
     ) {
         let (coarse, fine, scratch) = equidistant.room(own);
-        // zeros to where the windows have come, north and south, while that is in cache
+        // zeros from both ends to where the windows have come, while that is in cache
         let len = fine.len();
-        let mut clear = 0..len;
+        let mut cleared = 0;
         for (b, (tile, taps)) in tiles.iter().zip(taps).enumerate() {
             let next = tiles.get(b + 1).unwrap_or(tile);
-            let end = taps.end();
-            if end > clear.start && !clear.is_empty() {
-                let rest = if 2 * end < len {
-                    end..len - end
-                } else {
-                    len..len
-                };
-                fine[clear.start..rest.start.min(clear.end)].fill(Eight::default());
-                fine[rest.end.min(clear.end)..clear.end].fill(Eight::default());
-                clear = rest;
+            let end = taps.end().min(len.div_ceil(2));
+            if end > cleared {
+                fine[cleared..end].fill(Eight::default());
+                fine[len - end..len - cleared].fill(Eight::default());
+                cleared = end;
             }
             sound(add_to_fine(self.level, tile, next, taps, fine));
         }
-        fine[clear].fill(Eight::default());
+        fine[cleared..(len - cleared).max(cleared)].fill(Eight::default());
         let resampling = equidistant.resampling();
         sound(resampling.coarsen(self.level, fine, coarse, scratch));
         sound(phases_from_grid(

@@ -152,18 +152,6 @@ impl<'a> Part<'a> {
         self.count * self.range.clone().map(|b| self.batches(b)).sum::<usize>()
     }
 
-    /// Starts of a list of lengths, and its total.
-    fn starts(lengths: impl Iterator<Item = usize>) -> (Vec<usize>, usize) {
-        let mut sum = 0;
-        let starts = lengths
-            .map(|n| {
-                sum += n;
-                sum - n
-            })
-            .collect();
-        (starts, sum)
-    }
-
     /// The channels in hand among all.
     pub(super) fn in_hand(&self) -> Range<usize> {
         self.before..self.before + self.channels.count()
@@ -184,10 +172,15 @@ impl<'a> Part<'a> {
         group.iter().map(of).collect()
     }
 
-    /// Where the tiles (channel, active block) of every batch start, and their number.
-    fn batch_starts(&self) -> (Vec<usize>, usize) {
-        let count = self.count;
-        Self::starts((0..self.all_batches()).map(|b| count * self.active(b).len()))
+    /// Where the tiles (channel, active block) of every batch start.
+    fn batch_starts(&self) -> Vec<usize> {
+        let mut end = 0;
+        let starts = (0..self.all_batches()).map(|batch| {
+            let start = end;
+            end += self.count * self.active(batch).len();
+            start
+        });
+        starts.collect()
     }
 
     /// The tiles in the order (block, channel, batch) of those who write them.
@@ -302,8 +295,8 @@ impl ShtPlan {
                 (group, self.level, self.lmax),
                 range.clone(),
             );
-            let (starts, total) = part.batch_starts();
-            let tiles = room(&mut self.tiles, total);
+            let starts = part.batch_starts();
+            let tiles = room(&mut self.tiles, part.tiles());
             let mut left = &mut *tiles;
             let batches = (0..part.all_batches()).filter_map(|batch| {
                 let n = part.count * part.active(batch).len();
@@ -356,8 +349,8 @@ impl ShtPlan {
                 (group, self.level, self.lmax),
                 range.clone(),
             );
-            let (starts, total) = part.batch_starts();
-            let mut by_block = part.by_block(room(&mut self.tiles, total));
+            let tiles = room(&mut self.tiles, part.tiles());
+            let mut by_block = part.by_block(tiles);
             let mut left = &mut by_block[..];
             let mut tasks = Vec::with_capacity(range.len() * part.count.div_ceil(TOGETHER));
             for block in range.clone() {
@@ -381,19 +374,27 @@ impl ShtPlan {
                 tasks.into_iter().rev(),
                 |own, (block, maps, tiles)| part.rings_adjoint(own, block, weights, maps, tiles),
             );
-            let tiles = &self.tiles[..total];
             let orders = ByOrder {
                 rest: alms.iter_mut().map(|a| &mut **a).collect(),
                 lmax: self.lmax,
                 m: 0,
             };
+            let mut left = &*tiles;
+            let batches = orders.filter_map(|(batch, alms)| {
+                let n = part.count * part.active(batch).len();
+                Some((batch, left.split_off(..n)?, alms))
+            });
             let first = range.start == 0;
             let each = part.each(group);
-            share(&mut self.workers, orders, |own, (batch, mut alms)| {
-                for part in &each {
-                    part.batch_adjoint(own, batch, tiles, &starts, &mut alms, first);
-                }
-            });
+            share(
+                &mut self.workers,
+                batches,
+                |own, (batch, tiles, mut alms)| {
+                    for part in &each {
+                        part.batch_adjoint(own, batch, tiles, &mut alms, first);
+                    }
+                },
+            );
         }
     }
 }

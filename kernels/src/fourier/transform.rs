@@ -9,8 +9,7 @@
 
 use super::short::{Run, Short, root, short_transform};
 use crate::error::Error;
-use crate::simd::Aligned;
-use crate::simd::{Lanes, Level};
+use crate::simd::{Aligned, Lanes, Level};
 
 /// One value of eight sequences: real parts, imaginary parts.
 pub type Eight = Aligned<2>;

@@ -31,6 +31,7 @@ use crate::simd::{Aligned, Lanes, Stores};
 
 /// Coefficients of one step and channel: even part real, imaginary, odd part real, imaginary.
 pub type Coefficient = [f64; 4];
+
 /// F_m on eight ring pairs: north real, imaginary, south real, imaginary.
 pub type PhaseBlock = Aligned<4>;
 

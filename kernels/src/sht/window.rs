@@ -165,7 +165,8 @@ fn interpolate_body<L: Lanes>(
     Some(())
 }
 
-/// Fine grid → F of eight orders on the blocks of rings of `taps`: `phases` as (blocks, [`ORDERS`]), written as `stores` says.
+/// Fine grid → F of eight orders on the blocks of rings of `taps`: `phases` as (blocks, [`ORDERS`]), written as `stores`
+/// says.
 ///
 /// # Errors
 /// [`Error::Length`] unless `phases` is that long. `fine` must be the grid the taps were made for.
@@ -183,7 +184,8 @@ pub fn phases_from_fine(
     Ok(())
 }
 
-/// Asks for one order of a tile that comes next, which may lie where no hardware sees a pattern. One at a time, because a whole tile takes twice the requests that can be under way, and the rest would wait in line.
+/// Asks for one order of a tile that comes next, which may lie where no hardware sees a pattern. One at a time, because a
+/// whole tile takes twice the requests that can be under way, and the rest would wait in line.
 #[inline(always)]
 pub(super) fn prefetch<L: Lanes>(token: L::Token, block: &PhaseBlock) {
     for part in &block.0 {

@@ -10,10 +10,12 @@ use dust3d::kernels::healpix::Nside;
 use dust3d::kernels::sht::{
     Aligned, CapRing, CapRings, CapWindow, Coefficient, Line, MARGIN, ORDERS, PhaseBlock,
     PhaseIndex, PhaseTable, PhaseTile, Resampling, RingBlock, RingShapes, RingTaps, Stores,
-    adjoint, adjoint_scratch_len, belt_spectrum_from_phases, cap_factors, cap_length, cap_room,
-    cap_spectrum_from_phases, epsilon_len, epsilon_table, phase_table, phase_table_len,
-    phases_from_fine, pixels_from_belt, pixels_from_cap, resampling_factors, resampling_lengths,
-    ring_block_count, ring_blocks, ring_taps, start_norms, step_count, step_table, synthesis,
+    add_to_fine, adjoint, adjoint_scratch_len, belt_from_pixels, belt_spectrum_from_phases,
+    cap_factors, cap_from_pixels, cap_length, cap_room, cap_spectrum_from_phases, epsilon_len,
+    epsilon_table, phase_table, phase_table_len, phases_from_belt_spectrum,
+    phases_from_cap_spectrum, phases_from_fine, pixels_from_belt, pixels_from_cap,
+    resampling_factors, resampling_lengths, ring_block_count, ring_blocks, ring_taps, start_norms,
+    step_count, step_table, synthesis,
 };
 use dust3d::kernels::simd::Level;
 use dust3d::sht::ShtPlan;
@@ -145,34 +147,31 @@ fn fourier(criterion: &mut Criterion) {
     }
     let (nside, lmax) = (512, 1024);
     let (n, m) = resampling_lengths(lmax);
-    let (mut coarse, fine) = (Ready::new(n), Ready::new(m));
+    let (coarse, fine) = (Ready::new(n), Ready::new(m));
     let mut factors = vec![[0.0; 2]; lmax + 1];
     resampling_factors(lmax, (n, m), &mut factors);
     let mut taps = vec![RingTaps::default(); ring_block_count(nside)];
     ring_taps(nside, lmax, m, &mut taps).expect("taps");
     let mut grid = vec![Eight::default(); m + 2 * MARGIN];
     let mut phases = vec![PhaseBlock::default(); ORDERS * taps.len()];
-    coarse.scratch.resize(
-        coarse.scratch.len().max(fine.scratch.len()),
-        Eight::default(),
-    );
+    let resampling = Resampling {
+        lmax,
+        coarse: &coarse.fourier,
+        coarse_table: &coarse.table,
+        fine: &fine.fourier,
+        fine_table: &fine.table,
+        factors: &factors,
+    };
+    let mut scratch = vec![Eight::default(); coarse.scratch.len().max(fine.scratch.len())];
     group.throughput(Throughput::Elements(8 * 4 * nside));
     for level in Level::available() {
         group.bench_function(
             BenchmarkId::new("refine", format!("{level}/{nside}:{lmax}")),
             |b| {
                 b.iter(|| {
-                    let resampling = Resampling {
-                        lmax,
-                        coarse: &coarse.fourier,
-                        coarse_table: &coarse.table,
-                        fine: &fine.fourier,
-                        fine_table: &fine.table,
-                        factors: &factors,
-                    };
                     let mut values = vec![Aligned([[1.0; 8]; 2]); n];
                     resampling
-                        .refine(level, &mut values, &mut grid, &mut coarse.scratch)
+                        .refine(level, &mut values, &mut grid, &mut scratch)
                         .expect("lengths");
                     phases_from_fine(level, &grid, &taps, &mut phases, Stores::Cached)
                         .expect("lengths");
@@ -180,11 +179,38 @@ fn fourier(criterion: &mut Criterion) {
             },
         );
         computed(&phases);
+        let mut values = vec![Eight::default(); n];
+        group.bench_function(
+            BenchmarkId::new("coarsen", format!("{level}/{nside}:{lmax}")),
+            |b| {
+                b.iter(|| {
+                    grid.fill(Eight::default());
+                    for (tile, taps) in phases.chunks_exact(ORDERS).zip(&taps) {
+                        add_to_fine(level, tile, &[], taps, &mut grid).expect("lengths");
+                    }
+                    resampling
+                        .coarsen(level, &mut grid, &mut values, &mut scratch)
+                        .expect("lengths");
+                });
+            },
+        );
+        computed(&values);
     }
     group.finish();
 }
 
-/// F_m → pixels: a block of the belt, and one of the caps for two maps.
+/// The rings of a block of the caps, with the transform and the factors of each.
+fn cap_rings<'a>(shapes: &RingShapes, lengths: &'a [(Ready, Vec<f64>)]) -> CapRings<'a> {
+    std::array::from_fn(|k| {
+        Some(CapRing {
+            quarter: shapes.pixels[k] / 4,
+            fourier: &lengths[k].0.fourier,
+            factors: &lengths[k].1,
+        })
+    })
+}
+
+/// F_m ↔ pixels: a block of the belt, and one of the caps for two maps.
 fn rings(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("rings");
     let (nside, lmax) = (256, 512);
@@ -243,12 +269,7 @@ fn rings(criterion: &mut Criterion) {
                             .expect("lengths");
                         return;
                     }
-                    let ring = |k: usize| CapRing {
-                        quarter: shapes.pixels[k] / 4,
-                        fourier: &lengths[k].0.fourier,
-                        factors: &lengths[k].1,
-                    };
-                    let all: CapRings<'_> = std::array::from_fn(|k| Some(ring(k)));
+                    let all = cap_rings(&shapes, &lengths);
                     let mut data = vec![Eight::default(); cap_room(&all)];
                     let which = ([first, second], orders);
                     cap_spectrum_from_phases(level, &tiles, which, &table, &all, &mut data)
@@ -275,6 +296,55 @@ fn rings(criterion: &mut Criterion) {
                 });
             });
             assert!(north[0].iter().any(|&x| x != 0.0), "nothing was computed");
+            let mut back = vec![[PhaseBlock::default(); ORDERS]; 2 * batches];
+            group.bench_function(BenchmarkId::new(format!("{name} adjoint"), level), |b| {
+                b.iter(|| {
+                    let mut places: Vec<_> = back.iter_mut().collect();
+                    let (first, second) = places.split_at_mut(batches);
+                    if name == "belt" {
+                        let Ready {
+                            fourier,
+                            table: roots,
+                            scratch,
+                        } = &mut lengths[0].0;
+                        let mut data = vec![Eight::default(); fourier.len()];
+                        belt_from_pixels(level, &north[0], &south[0], &mut data).expect("lengths");
+                        fourier
+                            .forward(level, roots, &mut data, scratch)
+                            .expect("lengths");
+                        let to = (first, orders);
+                        let stores = Stores::Cached;
+                        let scale = [1.0; 8];
+                        phases_from_belt_spectrum(
+                            level, &data, fourier, &scale, &table, to, stores,
+                        )
+                        .expect("lengths");
+                        return;
+                    }
+                    let all = cap_rings(&shapes, &lengths);
+                    let mut data = vec![Eight::default(); cap_room(&all)];
+                    let mut scratch = vec![Eight::default(); 2048];
+                    let mut rest = &mut data[..];
+                    let mut start = 0;
+                    for (ring, (ready, _)) in all.iter().flatten().zip(&lengths) {
+                        let data = rest.split_off_mut(..ring.room()).expect("room");
+                        let range = start..start + 4 * ring.quarter;
+                        start = range.end;
+                        let cut =
+                            [0, 1].map(|k| [&north[k][range.clone()], &south[k][range.clone()]]);
+                        cap_from_pixels(level, ring, &window, cut, data).expect("lengths");
+                        let points = &mut data[MARGIN..MARGIN + ring.fourier.len()];
+                        ring.fourier
+                            .forward(level, &ready.table, points, &mut scratch)
+                            .expect("lengths");
+                    }
+                    let to = ([first, second], orders);
+                    let stores = Stores::Cached;
+                    phases_from_cap_spectrum(level, &data, &all, &[1.0; 8], &table, to, stores)
+                        .expect("lengths");
+                });
+            });
+            computed(&back[0]);
         }
     }
     group.finish();
